@@ -1,0 +1,81 @@
+"""A temporary folder for unpacked archives, and unpacking that trusts nothing in them."""
+
+import pathlib
+import re
+import shutil
+import stat
+import tempfile
+import weakref
+import zipfile
+import zlib
+
+from twip.errors import TwipError
+
+MAXIMUM_BYTES = 4 * 1024**3
+"""Most that one archive may unpack to."""
+MAXIMUM_FILES = 100_000
+_PLAIN = re.compile(r"[A-Za-z0-9_./\\: ~-]*")
+
+
+def plain(path: str) -> bool:
+    """Tell whether `path` holds only characters that every FMU takes: some crash on `é`, `#`, `+` or brackets in their own path."""
+    return _PLAIN.fullmatch(path) is not None
+
+
+class Workspace:
+    """A folder for unpacked files with a plain path; it disappears with the last reference, at exit, or by `close`."""
+
+    def __init__(self) -> None:
+        for parent in (tempfile.gettempdir(), "/tmp", "/var/tmp"):
+            if plain(parent) and pathlib.Path(parent).is_dir():
+                try:
+                    self.path = pathlib.Path(tempfile.mkdtemp(prefix="twip_", dir=parent))
+                except OSError:
+                    continue
+                break
+        else:
+            raise TwipError(
+                f"temporary folder {tempfile.gettempdir()!r} cannot hold unpacked FMUs: it must be writable and its path free of"
+                " characters such as é # + [ ] (set TMPDIR to another folder)"
+            )
+        self.close = weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+    def folder(self, name: str) -> pathlib.Path:
+        """Return a new empty folder in the workspace."""
+        path = pathlib.Path(tempfile.mkdtemp(prefix=f"{name}_" if plain(name) and "/" not in name else "x_", dir=self.path))
+        return path
+
+
+def unpack(archive: pathlib.Path, target: pathlib.Path, name: str) -> None:
+    """Unpack the zip file `archive`, called `name` in messages, into `target`.
+
+    Raises `TwipError` for a damaged archive, entries that lead out of `target`, links, and archives beyond the size limit.
+    """
+    try:
+        with zipfile.ZipFile(archive) as file:
+            entries = file.infolist()
+            _refuse(entries, name)
+            for entry in entries:
+                file.extract(entry, target)
+    except FileNotFoundError:
+        raise TwipError(f"{name}: no such file") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, UnicodeError) as error:
+        raise TwipError(f"{name}: not a readable zip archive ({error})") from None
+    except OSError as error:
+        raise TwipError(f"{name}: cannot be unpacked ({error.strerror or error})") from None
+
+
+def _refuse(entries: list[zipfile.ZipInfo], name: str) -> None:
+    total = sum(entry.file_size for entry in entries)
+    if total > MAXIMUM_BYTES or len(entries) > MAXIMUM_FILES:
+        raise TwipError(f"{name}: {len(entries)} files of {total} bytes exceed the limit of {MAXIMUM_FILES} files, {MAXIMUM_BYTES} bytes")
+    seen: set[str] = set()
+    for entry in entries:
+        path = entry.filename.replace("\\", "/")
+        if path.startswith("/") or re.match(r"[A-Za-z]:", path) or ".." in path.split("/"):
+            raise TwipError(f"{name}: entry {entry.filename!r} leads out of the archive")
+        if stat.S_ISLNK(entry.external_attr >> 16):
+            raise TwipError(f"{name}: entry {entry.filename!r} is a link")
+        if path in seen:
+            raise TwipError(f"{name}: entry {entry.filename!r} is there twice")
+        seen.add(path)

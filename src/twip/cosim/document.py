@@ -1,0 +1,136 @@
+"""Reads the XML documents of the System Structure and Parameterization standard (SSP 1.0 and 2.0) safely.
+
+Entities are not expanded, document type declarations are refused, nothing is fetched. Version 1 documents are validated against the
+schemas that ship with fmpy; those reject version 2, for which the readers' own checks stand alone.
+"""
+
+import functools
+import pathlib
+import re
+from collections.abc import Iterator
+
+import fmpy
+from lxml import etree
+
+from twip.cosim.problems import Place, Problems
+
+SSP_NAMESPACE = "http://ssp-standard.org/SSP"
+_SCHEMAS = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"
+_INSTANCE_NAMESPACE = "{http://www.w3.org/2001/XMLSchema-instance}"
+_MAXIMUM_BYTES = 64 * 1024 * 1024
+BASE_ATTRIBUTES = frozenset({"id", "description"})
+METADATA_ATTRIBUTES = frozenset({"author", "fileversion", "copyright", "license", "generationTool", "generationDateAndTime"})
+
+Element = etree._Element
+
+
+def parse_xml(data: bytes, file: str, problems: Problems) -> Element | None:
+    """Parse `data`; a malformed, oversized or entity-carrying document is a problem and gives None."""
+    if len(data) > _MAXIMUM_BYTES:
+        problems.add(f"{file}: larger than {_MAXIMUM_BYTES // 1024 // 1024} MiB, refused")
+        return None
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False, huge_tree=False)
+    try:
+        root = etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError, UnicodeError) as error:
+        problems.add(f"not well-formed XML: {error}", Place(file, getattr(error, "lineno", None)))
+        return None
+    if root.getroottree().docinfo.doctype:
+        problems.add("a document type declaration is not allowed", Place(file))
+        return None
+    return root
+
+
+def read_file(path: pathlib.Path, file: str, problems: Problems, place: Place | None = None) -> Element | None:
+    """Read and parse the XML file at `path`, called `file` in messages."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        problems.add(f"{file}: {error.strerror or error}", place)
+        return None
+    return parse_xml(data, file, problems)
+
+
+@functools.cache
+def _schema(name: str) -> etree.XMLSchema:
+    return etree.XMLSchema(etree.parse(_SCHEMAS / name))
+
+
+def valid(root: Element, schema: str, file: str, problems: Problems) -> bool:
+    """Validate a version 1 document against `schema`; True for other versions, whose schema fmpy does not have."""
+    if not root.get("version", "1.0").startswith("1."):
+        return True
+    validator = _schema(schema)
+    if validator.validate(root):
+        return True
+    for entry in validator.error_log:
+        problems.add(re.sub(r"\{[^}]*\}", "", entry.message), Place(file, entry.line))
+    return False
+
+
+def name_of(element: Element) -> str:
+    """Return the local name of an SSP element, and `{namespace}name` of a foreign one."""
+    name = etree.QName(element)
+    return name.localname if (name.namespace or "").startswith(SSP_NAMESPACE) else element.tag
+
+
+class Reader:
+    """Walks a document, naming everything that the caller neither reads nor may ignore."""
+
+    def __init__(self, file: str, problems: Problems):
+        self.file = file
+        self.problems = problems
+
+    def place(self, element: Element) -> Place:
+        """Where `element` stands."""
+        return Place(self.file, element.sourceline)
+
+    def children(self, element: Element, read: set[str], ignored: set[str] = frozenset()) -> Iterator[Element]:  # type: ignore[assignment]
+        """Yield the children named in `read`; those in `ignored` have no effect on a simulation; others are problems."""
+        for child in element:
+            if not isinstance(child.tag, str):
+                continue
+            name = name_of(child)
+            if name in read:
+                yield child
+            elif name not in ignored:
+                self.problems.add(f"{name} in {name_of(element)} is not supported", self.place(child))
+
+    def child(self, element: Element, name: str) -> Element | None:
+        """Return the first child called `name`."""
+        return next((c for c in element if isinstance(c.tag, str) and name_of(c) == name), None)
+
+    def attributes(self, element: Element, known: set[str]) -> None:
+        """Report every attribute that is neither in `known` nor purely descriptive."""
+        for attribute in element.attrib:
+            text = str(attribute)
+            if text not in known and text not in BASE_ATTRIBUTES and not text.startswith(_INSTANCE_NAMESPACE):
+                self.problems.add(f"attribute {text} of {name_of(element)} is not supported", self.place(element))
+
+    def required(self, element: Element, attribute: str) -> str:
+        """Return an attribute that must be there and not empty."""
+        value = element.get(attribute)
+        if not value:
+            self.problems.add(f"{name_of(element)} has no {attribute}", self.place(element))
+        return value or ""
+
+    def number(self, element: Element, attribute: str, default: float | None = None) -> float | None:
+        """Return an attribute as a finite number."""
+        text = element.get(attribute)
+        if text is None:
+            return default
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("nan")
+        if value - value != 0.0:
+            self.problems.add(f"{attribute} = {text!r} of {name_of(element)} must be a finite number", self.place(element))
+            return default
+        return value
+
+    def boolean(self, element: Element, attribute: str) -> bool:
+        """Return an XML boolean attribute, False when missing."""
+        text = element.get(attribute, "false").strip()
+        if text not in ("true", "false", "1", "0"):
+            self.problems.add(f"{attribute} = {text!r} of {name_of(element)} must be true or false", self.place(element))
+        return text in ("true", "1")

@@ -1,0 +1,181 @@
+"""How the variables of a component become a protobuf message: names, field numbers, bytes, descriptor and channel metadata.
+
+Every field has a fixed width, and zeros are written too, so that all messages of a channel have one size and one layout:
+
+    Real     double    tag + 8 bytes, IEEE 754, bit for bit
+    Integer  sfixed64  tag + 8 bytes (the record is float64: 64 bits hold every whole number it can carry up to 2^63, the wider
+                       integers of FMI 3 included, where sfixed32 would have to wrap or refuse)
+    Boolean  bool      tag + 1 byte, 0 or 1
+
+Field names are made of letters, digits and underscores; what a variable is really called stands in the metadata of the channel:
+`twip.format` (version of this layout), `twip.start_time` (s), `twip.component` (exact name, empty for the connectors of the system)
+and, under the name of each field, a JSON object `{"name", "unit", "causality", "description"}`.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
+from numpy.typing import NDArray
+
+from twip.cosim.record import Channel, Signal
+
+FORMAT = "1"
+EVENT_TOPIC = "/log"
+RESERVED_NUMBERS = range(19000, 20000)
+"""Field numbers protobuf keeps for itself."""
+
+
+@dataclass(frozen=True)
+class Wire:
+    """How values of one type travel: protobuf field type, wire type of the tag, numpy type of the bytes."""
+
+    field_type: FieldDescriptorProto.Type.ValueType
+    wire_type: int
+    dtype: str
+
+
+WIRES = {
+    "Real": Wire(FieldDescriptorProto.TYPE_DOUBLE, 1, "<f8"),
+    "Integer": Wire(FieldDescriptorProto.TYPE_SFIXED64, 1, "<i8"),
+    "Boolean": Wire(FieldDescriptorProto.TYPE_BOOL, 0, "|b1"),
+}
+TYPES = {wire.field_type: name for name, wire in WIRES.items()}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The bytes of one message: `template` holds the tags and zeros elsewhere, value i of `types[i]` starts at `offsets[i]`."""
+
+    types: tuple[str, ...]
+    offsets: tuple[int, ...]
+    template: NDArray[np.uint8]
+    is_tag: NDArray[np.bool_]
+
+
+def unique_identifiers(names: Sequence[str], fallback: str = "x") -> list[str]:
+    """Return one identifier per name; names that are identifiers already keep theirs, others make way with `_2`, `_3`, ….
+
+    Two results differ by more than case and underscores: protobuf derives a JSON name from each (`a_b` → `aB`) and some of its
+    libraries refuse a message in which two of these meet. `fallback` stands for an empty name.
+    """
+    bases = [_identifier(name) or fallback for name in names]
+    found: dict[int, str] = {}
+    taken: set[str] = set()
+    next_suffix: dict[str, int] = {}
+    for position in sorted(range(len(names)), key=lambda i: bases[i] != names[i]):
+        base = candidate = bases[position]
+        while (key := candidate.replace("_", "").lower()) in taken:
+            next_suffix[base] = next_suffix.get(base, 1) + 1
+            candidate = f"{base}_{next_suffix[base]}"
+        taken.add(key)
+        found[position] = candidate
+    return [found[position] for position in range(len(names))]
+
+
+def topics(components: Iterable[str]) -> dict[str, str]:
+    """Return the topic of each component: `/` + name, dots as `/`; `/system` for the empty name.
+
+    Where two meet, or one meets the topic of the events, later ones in alphabetical order get `_2`, `_3`, … (whatever the order given).
+    """
+    taken = {EVENT_TOPIC}
+    found = {}
+    for component in sorted(components):
+        topic = base = "/" + (component.replace(".", "/") or "system")
+        suffix = 1
+        while topic in taken:
+            suffix += 1
+            topic = f"{base}_{suffix}"
+        taken.add(topic)
+        found[component] = topic
+    return found
+
+
+def field_numbers(count: int) -> list[int]:
+    """Return the first `count` field numbers protobuf allows."""
+    last = RESERVED_NUMBERS.start - 1
+    return [n if n <= last else n + len(RESERVED_NUMBERS) for n in range(1, count + 1)]
+
+
+def layout(numbers: Sequence[int], types: Sequence[str]) -> Layout:
+    """Return the bytes of a message with these field numbers and types (`Real`, `Integer`, `Boolean`), in this order."""
+    message = bytearray()
+    tag_bytes: list[int] = []
+    offsets = []
+    for number, type_ in zip(numbers, types, strict=True):
+        wire = WIRES[type_]
+        tag = _varint(number << 3 | wire.wire_type)
+        tag_bytes.extend(range(len(message), len(message) + len(tag)))
+        message += tag
+        offsets.append(len(message))
+        message += bytes(np.dtype(wire.dtype).itemsize)
+    is_tag = np.zeros(len(message), bool)
+    is_tag[tag_bytes] = True
+    return Layout(tuple(types), tuple(offsets), np.frombuffer(bytes(message), np.uint8), is_tag)
+
+
+def descriptor(message_name: str, signals: Sequence[Signal]) -> bytes:
+    """Return the serialised FileDescriptorSet of the message `twip.<message_name>`."""
+    fields = [
+        FieldDescriptorProto(
+            name=name, number=number, type=WIRES[signal.type].field_type, label=FieldDescriptorProto.LABEL_OPTIONAL
+        )
+        for name, number, signal in zip(
+            unique_identifiers([s.name for s in signals]), field_numbers(len(signals)), signals, strict=True
+        )
+    ]
+    file = FileDescriptorProto(
+        name=f"twip/{message_name}.proto",
+        package="twip",
+        syntax="proto3",
+        message_type=[DescriptorProto(name=message_name, field=fields)],
+    )
+    return FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)
+
+
+def channel_metadata(channel: Channel, start_time: float) -> dict[str, str]:
+    """Return what a channel says about itself and its fields (layout in the docstring of the module)."""
+    metadata = {"twip.format": FORMAT, "twip.start_time": repr(float(start_time)), "twip.component": channel.component}
+    for field, signal in zip(unique_identifiers([s.name for s in channel.signals]), channel.signals, strict=True):
+        about = {
+            "name": signal.name,
+            "unit": signal.unit,
+            "causality": signal.causality,
+            "description": signal.description,
+        }
+        metadata[field] = json.dumps(about, ensure_ascii=False, separators=(",", ":"))
+    return metadata
+
+
+def read_schema(data: bytes, message_name: str, metadata: dict[str, str]) -> tuple[Channel, Layout]:
+    """Return the channel that `descriptor` and `channel_metadata` described, and its layout.
+
+    Raises ValueError, KeyError or protobuf's DecodeError where they are not of this module's making. The order is that of the field
+    numbers, since tools that rewrite a log may sort the metadata.
+    """
+    files = FileDescriptorSet.FromString(data).file
+    messages = {f"{file.package}.{message.name}": message for file in files for message in file.message_type}
+    fields = sorted(messages[message_name].field, key=lambda field: field.number)
+    signals = []
+    for field in fields:
+        about = json.loads(metadata[field.name])
+        signals.append(Signal(about["name"], TYPES[field.type], about["unit"], about["causality"], about["description"]))
+    channel = Channel(metadata["twip.component"], tuple(signals))
+    return channel, layout([field.number for field in fields], [signal.type for signal in signals])
+
+
+def _identifier(name: str) -> str:
+    text = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return "x" + text if re.match(r"[0-9_]", text) else text
+
+
+def _varint(value: int) -> bytes:
+    data = bytearray()
+    while value > 0x7F:
+        data.append(value & 0x7F | 0x80)
+        value >>= 7
+    data.append(value)
+    return bytes(data)

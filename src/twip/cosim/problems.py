@@ -1,0 +1,44 @@
+"""Collects what is wrong with a system, so that all of it is told at once."""
+
+from dataclasses import dataclass
+
+from twip.errors import TwipError
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a problem was found; printed in brackets at the end of its line."""
+
+    file: str
+    """File name as the user knows it, or a phrase such as `start values`."""
+    line: int | None = None
+    component: str | None = None
+
+    def __str__(self) -> str:
+        where = self.file if self.line is None else f"{self.file} line {self.line}"
+        return f"component {self.component}, {where}" if self.component else where
+
+
+class Problems:
+    """An ordered collection of one-line problems; the same line is kept once."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, None] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._lines)
+
+    def add(self, message: str, place: Place | None = None) -> None:
+        """Add one problem; line breaks inside `message` become spaces."""
+        text = " ".join(message.split())
+        self._lines[text if place is None else f"{text} ({place})"] = None
+
+    @property
+    def lines(self) -> list[str]:
+        """The problems in the order they were found."""
+        return list(self._lines)
+
+    def raise_any(self) -> None:
+        """Raise one `TwipError` with a line per problem, if there are any."""
+        if self._lines:
+            raise TwipError("\n".join(self._lines))

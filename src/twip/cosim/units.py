@@ -1,0 +1,102 @@
+"""Units and the conversion between them.
+
+A unit is given by its SI base-unit exponents, a factor and an offset: `base = factor * value + offset` (FMI 2.0.4 section 2.2.2,
+SSP 1.0 section 4.4.2). The radian counts as a base unit of its own, as in both standards.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from twip.cosim.document import Element, Reader
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit by name; without `exponents` it is known by name only."""
+
+    name: str
+    exponents: tuple[int, ...] | None = None
+    """Exponents of kg, m, s, A, K, mol, cd, rad."""
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Affine:
+    """`y = factor * x + offset`; the default returns x itself, its sign of zero included, because x + (-0.0) is x."""
+
+    factor: float = 1.0
+    offset: float = -0.0
+
+    def __call__(self, x: float) -> float:
+        return self.factor * x + self.offset
+
+    def then(self, after: "Affine") -> "Affine":
+        """Return the conversion that applies this one first, `after` next."""
+        return Affine(after.factor * self.factor, after.factor * self.offset + after.offset)
+
+    def inverse(self, y: float) -> float:
+        """Return the x that gives `y` (NaN when the factor is zero)."""
+        return (y - self.offset) / self.factor if self.factor else float("nan")
+
+
+IDENTITY = Affine()
+
+
+class UnitMismatch(Exception):
+    """Two units measure different things, or one of them is not defined."""
+
+
+def conversion(source: Unit | None, target: Unit | None) -> Affine:
+    """Return the conversion of a value in `source` to the same quantity in `target`.
+
+    Without a unit on one side nothing is known and the value passes as it is. Raises `UnitMismatch` when the exponents differ or
+    when units of different names lack a definition.
+    """
+    if source is None or target is None:
+        return IDENTITY
+    if source.exponents is None or target.exponents is None:
+        if source.name == target.name:
+            return IDENTITY
+        raise UnitMismatch(f"unit {(source if source.exponents is None else target).name} has no definition")
+    if source.exponents != target.exponents:
+        raise UnitMismatch("units differ")
+    if source.factor == target.factor and source.offset == target.offset:
+        return IDENTITY
+    offset = (source.offset - target.offset) / target.factor
+    return Affine(source.factor / target.factor, offset or -0.0)
+
+
+def lookup(name: str | None, *definitions: Mapping[str, Unit]) -> Unit | None:
+    """Return the unit called `name` from the first of `definitions` that has it, else the bare name."""
+    if not name:
+        return None
+    for known in definitions:
+        if name in known:
+            return known[name]
+    return Unit(name)
+
+
+def read_units(reader: Reader, parent: Element) -> dict[str, Unit]:
+    """Read the `Units` element of an SSD or SSV document, if `parent` has one."""
+    units: dict[str, Unit] = {}
+    container = reader.child(parent, "Units")
+    if container is None:
+        return units
+    for element in reader.children(container, {"Unit"}):
+        name = reader.required(element, "name")
+        base = reader.child(element, "BaseUnit")
+        if base is None:
+            reader.problems.add(f"unit {name} has no BaseUnit", reader.place(element))
+            continue
+        if name in units:
+            reader.problems.add(f"unit {name} is defined twice", reader.place(element))
+        exponents = tuple(int(reader.number(base, symbol, 0.0) or 0.0) for symbol in BASE_UNITS)
+        factor = reader.number(base, "factor", 1.0) or 0.0
+        if factor == 0.0:
+            reader.problems.add(f"unit {name}: factor must not be zero", reader.place(base))
+            factor = 1.0
+        units[name] = Unit(name, exponents, factor, reader.number(base, "offset", 0.0) or 0.0)
+    return units

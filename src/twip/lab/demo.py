@@ -1,0 +1,108 @@
+"""The demonstration: the robot is built, stands up from 27 degrees (paper, Fig 13) and is judged."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from math import degrees
+from pathlib import Path
+
+import numpy as np
+
+from ..cosim.log import Attachment, McapLog
+from ..cosim.playback import Playback, read
+from ..cosim.simulate import load, simulate
+from ..fmi.build import build_all
+from .picture import stand_up_picture
+
+SETTLED_AFTER = 3.0
+"""Time after the release from which the pitch must stay within `PITCH_LIMIT`, in s."""
+PITCH_LIMIT = np.radians(1.0)
+"""Largest pitch of a balanced robot, in rad."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a stand-up went; times in s since the start, angles in rad, voltages in V."""
+
+    release: float
+    fallen_at: float | None
+    settled: bool
+    peak_pitch_settled: float
+    steady_state_error: float
+    peak_voltage: float
+    estimator_error: float
+
+    @property
+    def balanced(self) -> bool:
+        """The robot stands and its pitch is within the limit from `SETTLED_AFTER` on."""
+        return self.fallen_at is None and self.settled
+
+    def sentence(self) -> str:
+        """The verdict in words."""
+        if self.fallen_at is not None:
+            return f"fell at {self.fallen_at:.3f} s"
+        limit = f"|pitch| {'<' if self.settled else '>'} {degrees(PITCH_LIMIT):.0f}° from {SETTLED_AFTER:g} s after release on"
+        return f"{'balanced' if self.settled else 'stands, not settled'}: {limit}, at most {degrees(self.peak_pitch_settled):.2f}°"
+
+
+def judge(log: Playback) -> Verdict:
+    """Judge a stand-up by its log: steady state is the part from `SETTLED_AFTER` on, its error the mean pitch's magnitude."""
+    times, pitch = log.times, log["plant.pitch"]
+    moving = np.flatnonzero(log["plant.pitch_rate"] != 0.0)
+    release = float(times[moving[0] - 1]) if moving.size and moving[0] else float(times[0])
+    fallen = np.flatnonzero(log["plant.fallen"] > 0.5)
+    steady = pitch[times >= release + SETTLED_AFTER]
+    if not steady.size:
+        steady = pitch[-1:]
+    voltage = np.maximum(np.abs(log["controller.left.voltage"]), np.abs(log["controller.right.voltage"]))
+    error = np.abs(log["estimator.pitch"] - pitch)[times >= release]
+    return Verdict(
+        release=release,
+        fallen_at=float(times[fallen[0]]) if fallen.size else None,
+        settled=bool(times[-1] >= release + SETTLED_AFTER and np.max(np.abs(steady)) < PITCH_LIMIT),
+        peak_pitch_settled=float(np.max(np.abs(steady))),
+        steady_state_error=float(abs(np.mean(steady))),
+        peak_voltage=float(np.max(voltage)),
+        estimator_error=float(np.max(error)) if error.size else 0.0,
+    )
+
+
+@dataclass(frozen=True)
+class Demo:
+    """What the demonstration did."""
+
+    balanced: bool
+    interrupted: bool
+    text: str
+    log: Path
+    picture: Path
+
+
+def demo(out: Path, progress: Callable[[float], None]) -> Demo:
+    """Build everything below `out`, run `ssp/twip.ssp`, write `logs/demo.mcap` and `logs/demo.png`, and report.
+
+    `progress` is called with the finished share, 0 to 1.
+    """
+    build_all(out)
+    ssp, path, picture = out / "ssp" / "twip.ssp", out / "logs" / "demo.mcap", out / "logs" / "demo.png"
+    system = load(ssp)
+    metadata = {**system.provenance(), "run": {"command": "twip demo", "twip": version("twip")}}
+    stop_time = system.stop_time(None)
+    with McapLog(path, system.channels, metadata, [Attachment.file(ssp)]) as sink:
+        result = simulate(system, sinks=[sink], progress=lambda time: progress(time / stop_time))
+    log = read(path)
+    verdict = judge(log)
+    stand_up_picture(log, verdict.release, picture)
+    start = degrees(log["plant.pitch"][0])
+    rows = (
+        ("verdict", f"interrupted at {result.time:g} s" if result.interrupted else verdict.sentence()),
+        ("start", f"{start:.1f}°, released at {verdict.release:g} s"),
+        ("steady-state error", f"{degrees(verdict.steady_state_error):.2f}°"),
+        ("estimator error", f"at most {degrees(verdict.estimator_error):.2f}°"),
+        ("peak voltage", f"{verdict.peak_voltage:.2f} V"),
+        ("real-time factor", f"{result.real_time_factor:.1f} ({result.time:g} s in {result.wall_time:.2f} s)"),
+        ("log", str(path)),
+        ("picture", str(picture)),
+    )
+    text = "\n".join(f"{name:<19} {value}" for name, value in rows)
+    return Demo(verdict.balanced, result.interrupted, text, path, picture)
