@@ -14,7 +14,7 @@ STANDARD = set(sys.stdlib_module_names)
 ALLOWED = {
     "robot": {"twip.robot"},
     "fmi": {"twip.fmi", "twip.robot", "twip.errors", "pythonfmu", "fmpy", "lxml", "markdown_it"},
-    "cosim": {"twip.cosim", "twip.errors", "fmpy", "mcap", "google", "numba", "numpy", "lxml"},
+    "cosim": {"twip.cosim", "twip.errors", "fmpy", "mcap", "google", "numba", "llvmlite", "numpy", "lxml", "lz4", "zstandard"},
     "lab": {"twip", "matplotlib", "numpy", "scipy"},
 }
 """Per layer, what a module may import besides the standard library."""

@@ -12,8 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from .cosim.log import Attachment, McapLog
 from .cosim.record import Sink
-from .cosim.results import CsvFile
-from .cosim.simulate import Result, load, simulate
+from .cosim import CsvSink, Result, load, simulate
+from .cosim.experiment import time_grid
 from .errors import TwipError
 from .fmi.build import build_all
 from .lab.demo import demo
@@ -51,24 +51,19 @@ def run_build(arguments: argparse.Namespace) -> int:
 
 def run_system(arguments: argparse.Namespace) -> int:
     """Run an SSP."""
-    start_values = pairs(arguments.start_values)
-    system = load(arguments.ssp, parameters=arguments.parameters, start_values=start_values)
+    system = load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values))
+    grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
     log = None if arguments.no_log else arguments.log or Path("logs") / f"{Path(arguments.ssp).stem}.mcap"
     metadata = {**system.provenance(), "run": {"command": " ".join(["twip", *arguments.words]), "twip": version("twip")}}
     attachments = [Attachment.file(Path(p)) for p in (arguments.ssp, *arguments.parameters, arguments.input_file) if p and Path(p).is_file()]
     sinks: list[Sink] = []
-    try:
-        if log:
-            sinks.append(McapLog(log, system.channels, metadata, attachments, start_time=system.start_time(arguments.start_time)))
-        if arguments.output_file:
-            sinks.append(CsvFile(arguments.output_file, system.channels))
-        with progress_bar(system.name, system.stop_time(arguments.stop_time), "s") as progress:
-            result = simulate(system, start_time=arguments.start_time, stop_time=arguments.stop_time, step_size=arguments.step_size,
-                              coupling=arguments.coupling, input_file=arguments.input_file, sinks=sinks, progress=progress,
-                              loop=arguments.loop)  # fmt: skip
-    finally:
-        for sink in sinks:
-            sink.close()
+    if log:
+        sinks.append(McapLog(log, system.channels, metadata, attachments, start_time=grid.start))
+    if arguments.output_file:
+        sinks.append(CsvSink(arguments.output_file, system.channels))
+    with progress_bar(system.name, grid.stop, "s") as progress:
+        result = simulate(system, start_time=grid.start, stop_time=grid.stop, step_size=grid.step_size, coupling=arguments.coupling,
+                          input_file=arguments.input_file, sinks=sinks, progress=progress, loop=arguments.loop)  # fmt: skip
     print_result(result)
     for label, path in (("log", log), ("output", arguments.output_file)):
         if path:

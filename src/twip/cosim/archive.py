@@ -14,11 +14,15 @@ from twip.errors import TwipError
 MAXIMUM_BYTES = 4 * 1024**3
 """Most that one archive may unpack to."""
 MAXIMUM_FILES = 100_000
+FALLBACKS = ("/tmp", "/var/tmp")
+"""Where to unpack when the path of the usual temporary folder is not plain."""
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\: ~-]*")
 
 
 def plain(path: str) -> bool:
-    """Tell whether `path` holds only characters that every FMU takes: some crash on `é`, `#`, `+` or brackets in their own path."""
+    """Tell whether `path` holds only characters that every FMU takes: some crash on `é`, `#`, `+` or brackets in their
+    own path.
+    """
     return _PLAIN.fullmatch(path) is not None
 
 
@@ -26,7 +30,7 @@ class Workspace:
     """A folder for unpacked files with a plain path; it disappears with the last reference, at exit, or by `close`."""
 
     def __init__(self) -> None:
-        for parent in (tempfile.gettempdir(), "/tmp", "/var/tmp"):
+        for parent in (tempfile.gettempdir(), *FALLBACKS):
             if plain(parent) and pathlib.Path(parent).is_dir():
                 try:
                     self.path = pathlib.Path(tempfile.mkdtemp(prefix="twip_", dir=parent))
@@ -35,21 +39,22 @@ class Workspace:
                 break
         else:
             raise TwipError(
-                f"temporary folder {tempfile.gettempdir()!r} cannot hold unpacked FMUs: it must be writable and its path free of"
-                " characters such as é # + [ ] (set TMPDIR to another folder)"
+                f"temporary folder {tempfile.gettempdir()!r} cannot hold unpacked FMUs: it must be writable and"
+                " its path free of characters such as é # + [ ] (set TMPDIR to another folder)"
             )
         self.close = weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
     def folder(self, name: str) -> pathlib.Path:
         """Return a new empty folder in the workspace."""
-        path = pathlib.Path(tempfile.mkdtemp(prefix=f"{name}_" if plain(name) and "/" not in name else "x_", dir=self.path))
-        return path
+        prefix = f"{name}_" if name.isidentifier() and name.isascii() else "x_"
+        return pathlib.Path(tempfile.mkdtemp(prefix=prefix, dir=self.path))
 
 
 def unpack(archive: pathlib.Path, target: pathlib.Path, name: str) -> None:
     """Unpack the zip file `archive`, called `name` in messages, into `target`.
 
-    Raises `TwipError` for a damaged archive, entries that lead out of `target`, links, and archives beyond the size limit.
+    Raises `TwipError` for a damaged archive, entries that lead out of `target`, links, and archives beyond the size
+    limit.
     """
     try:
         with zipfile.ZipFile(archive) as file:
@@ -59,7 +64,15 @@ def unpack(archive: pathlib.Path, target: pathlib.Path, name: str) -> None:
                 file.extract(entry, target)
     except FileNotFoundError:
         raise TwipError(f"{name}: no such file") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, UnicodeError) as error:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        NotImplementedError,
+        RuntimeError,
+        ValueError,
+        UnicodeError,
+    ) as error:
         raise TwipError(f"{name}: not a readable zip archive ({error})") from None
     except OSError as error:
         raise TwipError(f"{name}: cannot be unpacked ({error.strerror or error})") from None
@@ -68,7 +81,14 @@ def unpack(archive: pathlib.Path, target: pathlib.Path, name: str) -> None:
 def _refuse(entries: list[zipfile.ZipInfo], name: str) -> None:
     total = sum(entry.file_size for entry in entries)
     if total > MAXIMUM_BYTES or len(entries) > MAXIMUM_FILES:
-        raise TwipError(f"{name}: {len(entries)} files of {total} bytes exceed the limit of {MAXIMUM_FILES} files, {MAXIMUM_BYTES} bytes")
+        raise TwipError(
+            f"{name}: {len(entries)} files of {total} bytes exceed the limit of {MAXIMUM_FILES} files,"
+            f" {MAXIMUM_BYTES} bytes"
+        )
+    if (
+        entries and min(entry.header_offset for entry in entries) != 0
+    ):  # a cut .ssp ends in the directory of an FMU stored in it
+        raise TwipError(f"{name}: not a readable zip archive (it is cut off, or something precedes it)")
     seen: set[str] = set()
     for entry in entries:
         path = entry.filename.replace("\\", "/")

@@ -1,13 +1,14 @@
 """Reads the XML documents of the System Structure and Parameterization standard (SSP 1.0 and 2.0) safely.
 
-Entities are not expanded, document type declarations are refused, nothing is fetched. Version 1 documents are validated against the
-schemas that ship with fmpy; those reject version 2, for which the readers' own checks stand alone.
+Entities are not expanded, document type declarations are refused, nothing is fetched. Version 1 documents are validated
+against the schemas that ship with fmpy; those reject version 2, for which the readers' own checks stand alone.
 """
 
 import functools
 import pathlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
+from typing import Any
 
 import fmpy
 from lxml import etree
@@ -17,25 +18,30 @@ from twip.cosim.problems import Place, Problems
 SSP_NAMESPACE = "http://ssp-standard.org/SSP"
 _SCHEMAS = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"
 _INSTANCE_NAMESPACE = "{http://www.w3.org/2001/XMLSchema-instance}"
-_MAXIMUM_BYTES = 64 * 1024 * 1024
+MAXIMUM_BYTES = 64 * 1024 * 1024
 BASE_ATTRIBUTES = frozenset({"id", "description"})
-METADATA_ATTRIBUTES = frozenset({"author", "fileversion", "copyright", "license", "generationTool", "generationDateAndTime"})
+METADATA_ATTRIBUTES = frozenset(
+    {"author", "fileversion", "copyright", "license", "generationTool", "generationDateAndTime"}
+)
 
 Element = etree._Element
 
 
 def parse_xml(data: bytes, file: str, problems: Problems) -> Element | None:
     """Parse `data`; a malformed, oversized or entity-carrying document is a problem and gives None."""
-    if len(data) > _MAXIMUM_BYTES:
-        problems.add(f"{file}: larger than {_MAXIMUM_BYTES // 1024 // 1024} MiB, refused")
+    if len(data) > MAXIMUM_BYTES:
+        problems.add(f"{file}: larger than {MAXIMUM_BYTES // 1024 // 1024} MiB, refused")
         return None
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False, huge_tree=False)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False, huge_tree=False
+    )
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError, UnicodeError) as error:
         problems.add(f"not well-formed XML: {error}", Place(file, getattr(error, "lineno", None)))
         return None
-    if root.getroottree().docinfo.doctype:
+    information: Any = root.getroottree().docinfo
+    if information.doctype:
         problems.add("a document type declaration is not allowed", Place(file))
         return None
     return root
@@ -57,13 +63,18 @@ def _schema(name: str) -> etree.XMLSchema:
 
 
 def valid(root: Element, schema: str, file: str, problems: Problems) -> bool:
-    """Validate a version 1 document against `schema`; True for other versions, whose schema fmpy does not have."""
-    if not root.get("version", "1.0").startswith("1."):
+    """Validate a version 1 document against `schema`; True for version 2, whose schema fmpy does not have."""
+    version = root.get("version", "")
+    if version.startswith("2."):
         return True
+    if version and not version.startswith("1."):
+        problems.add(f"version {version} of the format is not supported", Reader(file, problems).place(root))
+        return False
     validator = _schema(schema)
     if validator.validate(root):
         return True
-    for entry in validator.error_log:
+    entries: Any = validator.error_log
+    for entry in entries:
         problems.add(re.sub(r"\{[^}]*\}", "", entry.message), Place(file, entry.line))
     return False
 
@@ -83,10 +94,13 @@ class Reader:
 
     def place(self, element: Element) -> Place:
         """Where `element` stands."""
-        return Place(self.file, element.sourceline)
+        line: Any = element.sourceline
+        return Place(self.file, line)
 
-    def children(self, element: Element, read: set[str], ignored: set[str] = frozenset()) -> Iterator[Element]:  # type: ignore[assignment]
-        """Yield the children named in `read`; those in `ignored` have no effect on a simulation; others are problems."""
+    def children(self, element: Element, read: Set[str], ignored: Set[str] = frozenset()) -> Iterator[Element]:
+        """Yield the children named in `read`; those in `ignored` have no effect on a simulation; others are
+        problems.
+        """
         for child in element:
             if not isinstance(child.tag, str):
                 continue
@@ -100,7 +114,7 @@ class Reader:
         """Return the first child called `name`."""
         return next((c for c in element if isinstance(c.tag, str) and name_of(c) == name), None)
 
-    def attributes(self, element: Element, known: set[str]) -> None:
+    def attributes(self, element: Element, known: Set[str]) -> None:
         """Report every attribute that is neither in `known` nor purely descriptive."""
         for attribute in element.attrib:
             text = str(attribute)
@@ -124,7 +138,9 @@ class Reader:
         except ValueError:
             value = float("nan")
         if value - value != 0.0:
-            self.problems.add(f"{attribute} = {text!r} of {name_of(element)} must be a finite number", self.place(element))
+            self.problems.add(
+                f"{attribute} = {text!r} of {name_of(element)} must be a finite number", self.place(element)
+            )
             return default
         return value
 
@@ -132,5 +148,7 @@ class Reader:
         """Return an XML boolean attribute, False when missing."""
         text = element.get(attribute, "false").strip()
         if text not in ("true", "false", "1", "0"):
-            self.problems.add(f"{attribute} = {text!r} of {name_of(element)} must be true or false", self.place(element))
+            self.problems.add(
+                f"{attribute} = {text!r} of {name_of(element)} must be true or false", self.place(element)
+            )
         return text in ("true", "1")

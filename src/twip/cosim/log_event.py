@@ -1,6 +1,6 @@
-"""Messages of components and of the master as `foxglove.Log`, the public schema that Foxglove and Rerun show as a text log.
+"""Messages of components and of the master as `foxglove.Log`, the public schema that viewers show as a text log.
 
-Written from the schema's published fields: timestamp = 1, level = 2, message = 3, name = 4, file = 5, line = 6 (fixed32).
+Its published fields: timestamp = 1, level = 2, message = 3, name = 4, file = 5, line = 6 (fixed32).
 """
 
 from google.protobuf.descriptor_pb2 import (
@@ -56,12 +56,10 @@ SCHEMA = _FILES.SerializeToString(deterministic=True)
 
 
 def encode(nanoseconds: int, level: str, source: str, message: str) -> bytes:
-    """Return the protobuf bytes of a message; a level not in `LEVELS` becomes `unknown`, stray surrogates become escapes."""
+    """Return the protobuf bytes of a message; a level not in `LEVELS` becomes `unknown`."""
     seconds, nanos = divmod(nanoseconds, 1_000_000_000)
     number = LEVELS.index(level) if level in LEVELS else 0
-    log = _Log(
-        timestamp={"seconds": seconds, "nanos": nanos}, level=number, message=clean(message), name=clean(source)
-    )
+    log = _Log(timestamp={"seconds": seconds, "nanos": nanos}, level=number, message=clean(message), name=clean(source))
     data: bytes = log.SerializeToString(deterministic=True)
     return data
 
@@ -73,5 +71,5 @@ def decode(data: bytes) -> tuple[str, str, str]:
 
 
 def clean(text: str) -> str:
-    """Return text that UTF-8 can carry: a stray surrogate (of a path or an FMU's message) becomes `\\udcxx`."""
+    """Return text that UTF-8 can carry: a stray surrogate (of a path or an FMU's message) becomes an escape."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")

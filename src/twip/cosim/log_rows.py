@@ -7,6 +7,7 @@ Fields at equal distances (neighbours of one type whose tags have one length) ar
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -14,12 +15,14 @@ from numpy.typing import NDArray
 
 from twip.cosim.log_schema import WIRES, Layout
 
-MESSAGE_HEAD = np.dtype([("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times", "<u8", 2)])
+MESSAGE_HEAD = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times", "<u8", 2)]
+)
 INDEX_HEAD = np.dtype([("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("bytes", "<u4")])
 
 
 class RowBlock:
-    """Up to `capacity` rows laid out as message records; `layouts` holds (channel id, layout) pairs in the order of the columns."""
+    """Up to `capacity` rows as message records; `layouts` holds (channel id, layout) pairs in column order."""
 
     def __init__(self, layouts: Sequence[tuple[int, Layout]], capacity: int) -> None:
         self.capacity = capacity
@@ -42,16 +45,21 @@ class RowBlock:
             self._data[:, start : start + layout.template.size] = layout.template
             for first, last in _runs(layout):
                 step = layout.offsets[first + 1] - layout.offsets[first] if last > first + 1 else 1
-                values = self._view(np.dtype(WIRES[layout.types[first]].dtype), start + layout.offsets[first], last - first, step)
+                values = self._view(
+                    np.dtype(WIRES[layout.types[first]].dtype), start + layout.offsets[first], last - first, step
+                )
                 self._runs.append((slice(column + first, column + last), values))
             start += layout.template.size
             column += len(layout.types)
-        self._index: dict[int, NDArray[np.void]] = {}
+        self._index = self._new_index(capacity)
 
-    def put(self, at: int, sequence: int, nanoseconds: NDArray[np.uint64], rows: NDArray[np.float64]) -> tuple[int, int] | None:
+    def put(
+        self, at: int, sequence: int, nanoseconds: NDArray[np.uint64], rows: NDArray[np.float64]
+    ) -> tuple[int, int] | None:
         """Lay out `rows` (n, columns) from row `at` of the block on.
 
-        Returns None, or (row, column) of the first value that is not of its type: a fraction in an Integer, other than 0 and 1 in a Boolean.
+        Returns None, or (row, column) of a value that is not of its type: a fraction in an Integer, other than 0 and 1
+        in a Boolean. The rows before it are laid out whole.
         """
         here = slice(at, at + len(rows))
         self.nanoseconds[here] = nanoseconds
@@ -59,6 +67,7 @@ class RowBlock:
         for head in self._heads:
             head["sequence"][here] = numbers
             head["times"][here] = nanoseconds[:, None]
+        wrong: list[tuple[int, int]] = []
         for columns, values in self._runs:
             given = rows[:, columns]
             if values.dtype.kind == "f":
@@ -66,26 +75,22 @@ class RowBlock:
                 continue
             with np.errstate(invalid="ignore"):
                 values[here] = given
-            wrong = np.argwhere(values[here] != given)
-            if len(wrong):
-                return int(wrong[0, 0]), columns.start + int(wrong[0, 1])
-        return None
+            wrong += [(int(row), columns.start + int(column)) for row, column in np.argwhere(values[here] != given)[:1]]
+        return min(wrong, default=None)
 
     def data(self, first: int, last: int) -> memoryview:
         """Return the message records of rows `first` to `last` (exclusive)."""
-        return memoryview(self._data[first:last].reshape(-1))
+        return self._data[first:last].reshape(-1).data
 
     def index(self, count: int, shift: NDArray[np.int64] | None) -> tuple[memoryview, int]:
-        """Return the MessageIndex records of the first `count` rows and the size of one; row i starts `shift[i]` bytes late."""
-        if count not in self._index:
-            self._index = {count: self._new_index(count)}
-        index = self._index[count]
+        """Return the index records of the first `count` rows and the size of one; row i lies `shift[i]` bytes late."""
+        index = self._index if count == self.capacity else self._new_index(count)
         offsets = np.arange(count) * self.row_size
         if shift is not None:
             offsets += shift
         index["entries"][:, :, 0] = self.nanoseconds[:count]
         index["entries"][:, :, 1] = offsets + np.array(self._starts)[:, None]
-        return memoryview(index.view(np.uint8)), index.itemsize
+        return index.view(np.uint8).data, index.itemsize
 
     def _new_index(self, count: int) -> NDArray[np.void]:
         index = np.zeros(len(self.channel_ids), np.dtype([("head", INDEX_HEAD), ("entries", "<u8", (count, 2))]))
@@ -95,8 +100,8 @@ class RowBlock:
         index["head"]["bytes"] = 16 * count
         return index
 
-    def _view(self, dtype: np.dtype, offset: int, count: int = 0, step: int = 1) -> NDArray:
-        """Return the rows' values at `offset`: shape (capacity,), or (capacity, count) with values `step` bytes apart."""
+    def _view(self, dtype: np.dtype[Any], offset: int, count: int = 0, step: int = 1) -> NDArray[Any]:
+        """Return the values at `offset`: shape (capacity,), or (capacity, count) with values `step` bytes apart."""
         shape = (self.capacity, count) if count else (self.capacity,)
         strides = (self.row_size, step) if count else (self.row_size,)
         return np.ndarray(shape, dtype, self._data.data, offset, strides)

@@ -1,15 +1,14 @@
-"""How the variables of a component become a protobuf message: names, field numbers, bytes, descriptor and channel metadata.
+"""How the variables of a component become a protobuf message: names, field numbers, bytes, descriptor and metadata.
 
-Every field has a fixed width, and zeros are written too, so that all messages of a channel have one size and one layout:
+Every field has a fixed width, and zeros are written too, so that all messages of a channel have one size and layout:
 
     Real     double    tag + 8 bytes, IEEE 754, bit for bit
-    Integer  sfixed64  tag + 8 bytes (the record is float64: 64 bits hold every whole number it can carry up to 2^63, the wider
-                       integers of FMI 3 included, where sfixed32 would have to wrap or refuse)
+    Integer  sfixed64  tag + 8 bytes (32 bits would have to wrap or refuse the wider integers of FMI 3)
     Boolean  bool      tag + 1 byte, 0 or 1
 
-Field names are made of letters, digits and underscores; what a variable is really called stands in the metadata of the channel:
-`twip.format` (version of this layout), `twip.start_time` (s), `twip.component` (exact name, empty for the connectors of the system)
-and, under the name of each field, a JSON object `{"name", "unit", "causality", "description"}`.
+Field names are made of letters, digits and underscores; what a variable is really called stands in the metadata of the
+channel: `twip.format` (version of this layout), `twip.start_time` (s), `twip.component` (exact name, empty for the
+connectors of the system) and, under the name of each field, a JSON object with name, unit, causality and description.
 """
 
 import json
@@ -48,7 +47,7 @@ TYPES = {wire.field_type: name for name, wire in WIRES.items()}
 
 @dataclass(frozen=True)
 class Layout:
-    """The bytes of one message: `template` holds the tags and zeros elsewhere, value i of `types[i]` starts at `offsets[i]`."""
+    """The bytes of one message: tags and zeros in `template`; the value of type `types[i]` starts at `offsets[i]`."""
 
     types: tuple[str, ...]
     offsets: tuple[int, ...]
@@ -56,13 +55,13 @@ class Layout:
     is_tag: NDArray[np.bool_]
 
 
-def unique_identifiers(names: Sequence[str], fallback: str = "x") -> list[str]:
-    """Return one identifier per name; names that are identifiers already keep theirs, others make way with `_2`, `_3`, ….
+def unique_identifiers(names: Sequence[str]) -> list[str]:
+    """Return one identifier per name; names that are identifiers keep theirs, others make way with `_2`, `_3`, ….
 
-    Two results differ by more than case and underscores: protobuf derives a JSON name from each (`a_b` → `aB`) and some of its
-    libraries refuse a message in which two of these meet. `fallback` stands for an empty name.
+    Two results differ by more than case and underscores: protobuf derives a JSON name from each (`a_b` → `aB`) and some
+    of its libraries refuse a message in which two of these meet.
     """
-    bases = [_identifier(name) or fallback for name in names]
+    bases = [_identifier(name) for name in names]
     found: dict[int, str] = {}
     taken: set[str] = set()
     next_suffix: dict[str, int] = {}
@@ -79,7 +78,7 @@ def unique_identifiers(names: Sequence[str], fallback: str = "x") -> list[str]:
 def topics(components: Iterable[str]) -> dict[str, str]:
     """Return the topic of each component: `/` + name, dots as `/`; `/system` for the empty name.
 
-    Where two meet, or one meets the topic of the events, later ones in alphabetical order get `_2`, `_3`, … (whatever the order given).
+    Where two meet, or one meets the topic of the events, the later ones in alphabetical order get `_2`, `_3`, ….
     """
     taken = {EVENT_TOPIC}
     found = {}
@@ -101,7 +100,7 @@ def field_numbers(count: int) -> list[int]:
 
 
 def layout(numbers: Sequence[int], types: Sequence[str]) -> Layout:
-    """Return the bytes of a message with these field numbers and types (`Real`, `Integer`, `Boolean`), in this order."""
+    """Return the bytes of a message with these field numbers and types (`Real`, `Integer`, `Boolean`) in this order."""
     message = bytearray()
     tag_bytes: list[int] = []
     offsets = []
@@ -133,7 +132,8 @@ def descriptor(message_name: str, signals: Sequence[Signal]) -> bytes:
         syntax="proto3",
         message_type=[DescriptorProto(name=message_name, field=fields)],
     )
-    return FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)
+    data: bytes = FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)
+    return data
 
 
 def channel_metadata(channel: Channel, start_time: float) -> dict[str, str]:
@@ -153,8 +153,8 @@ def channel_metadata(channel: Channel, start_time: float) -> dict[str, str]:
 def read_schema(data: bytes, message_name: str, metadata: dict[str, str]) -> tuple[Channel, Layout]:
     """Return the channel that `descriptor` and `channel_metadata` described, and its layout.
 
-    Raises ValueError, KeyError or protobuf's DecodeError where they are not of this module's making. The order is that of the field
-    numbers, since tools that rewrite a log may sort the metadata.
+    Raises ValueError, KeyError or protobuf's DecodeError where they are not of this module's making. The order is that
+    of the field numbers, since tools that rewrite a log may sort the metadata.
     """
     files = FileDescriptorSet.FromString(data).file
     messages = {f"{file.package}.{message.name}": message for file in files for message in file.message_type}
@@ -162,14 +162,16 @@ def read_schema(data: bytes, message_name: str, metadata: dict[str, str]) -> tup
     signals = []
     for field in fields:
         about = json.loads(metadata[field.name])
-        signals.append(Signal(about["name"], TYPES[field.type], about["unit"], about["causality"], about["description"]))
+        signals.append(
+            Signal(about["name"], TYPES[field.type], about["unit"], about["causality"], about["description"])
+        )
     channel = Channel(metadata["twip.component"], tuple(signals))
     return channel, layout([field.number for field in fields], [signal.type for signal in signals])
 
 
 def _identifier(name: str) -> str:
     text = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return "x" + text if re.match(r"[0-9_]", text) else text
+    return text if re.match(r"[A-Za-z]", text) else "x" + text
 
 
 def _varint(value: int) -> bytes:

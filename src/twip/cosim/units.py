@@ -1,7 +1,7 @@
 """Units and the conversion between them.
 
-A unit is given by its SI base-unit exponents, a factor and an offset: `base = factor * value + offset` (FMI 2.0.4 section 2.2.2,
-SSP 1.0 section 4.4.2). The radian counts as a base unit of its own, as in both standards.
+A unit is given by its SI base-unit exponents, a factor and an offset: `base = factor * value + offset` (FMI 2.0.4
+section 2.2.2, SSP 1.0 section 4.4.2). The radian counts as a base unit of its own, as in both standards.
 """
 
 from collections.abc import Mapping
@@ -31,6 +31,7 @@ class Affine:
     offset: float = -0.0
 
     def __call__(self, x: float) -> float:
+        """Return y."""
         return self.factor * x + self.offset
 
     def then(self, after: "Affine") -> "Affine":
@@ -45,24 +46,24 @@ class Affine:
 IDENTITY = Affine()
 
 
-class UnitMismatch(Exception):
+class UnitMismatchError(Exception):
     """Two units measure different things, or one of them is not defined."""
 
 
 def conversion(source: Unit | None, target: Unit | None) -> Affine:
     """Return the conversion of a value in `source` to the same quantity in `target`.
 
-    Without a unit on one side nothing is known and the value passes as it is. Raises `UnitMismatch` when the exponents differ or
-    when units of different names lack a definition.
+    Without a unit on one side nothing is known and the value passes as it is. Raises `UnitMismatchError` when the
+    exponents differ or when units of different names lack a definition.
     """
     if source is None or target is None:
         return IDENTITY
     if source.exponents is None or target.exponents is None:
         if source.name == target.name:
             return IDENTITY
-        raise UnitMismatch(f"unit {(source if source.exponents is None else target).name} has no definition")
+        raise UnitMismatchError(f"unit {(source if source.exponents is None else target).name} has no definition")
     if source.exponents != target.exponents:
-        raise UnitMismatch("units differ")
+        raise UnitMismatchError("units differ")
     if source.factor == target.factor and source.offset == target.offset:
         return IDENTITY
     offset = (source.offset - target.offset) / target.factor
@@ -93,7 +94,10 @@ def read_units(reader: Reader, parent: Element) -> dict[str, Unit]:
             continue
         if name in units:
             reader.problems.add(f"unit {name} is defined twice", reader.place(element))
-        exponents = tuple(int(reader.number(base, symbol, 0.0) or 0.0) for symbol in BASE_UNITS)
+        powers = [reader.number(base, symbol, 0.0) or 0.0 for symbol in BASE_UNITS]
+        if any(power != int(power) for power in powers):
+            reader.problems.add(f"unit {name}: exponents must be whole numbers", reader.place(base))
+        exponents = tuple(map(int, powers))
         factor = reader.number(base, "factor", 1.0) or 0.0
         if factor == 0.0:
             reader.problems.add(f"unit {name}: factor must not be zero", reader.place(base))

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ..cosim.experiment import time_grid
+from ..cosim.load import load
 from ..cosim.log import Attachment, McapLog
 from ..cosim.playback import Playback, read
-from ..cosim.simulate import load, simulate
+from ..cosim.simulate import simulate
 from ..fmi.build import build_all
 from .picture import stand_up_picture
 
@@ -87,9 +89,9 @@ def demo(out: Path, progress: Callable[[float], None]) -> Demo:
     ssp, path, picture = out / "ssp" / "twip.ssp", out / "logs" / "demo.mcap", out / "logs" / "demo.png"
     system = load(ssp)
     metadata = {**system.provenance(), "run": {"command": "twip demo", "twip": version("twip")}}
-    stop_time = system.stop_time(None)
-    with McapLog(path, system.channels, metadata, [Attachment.file(ssp)]) as sink:
-        result = simulate(system, sinks=[sink], progress=lambda time: progress(time / stop_time))
+    stop_time = time_grid(system, None, None, None).stop
+    sink = McapLog(path, system.channels, metadata, [Attachment.file(ssp)])
+    result = simulate(system, sinks=[sink], progress=lambda time: progress(time / stop_time))
     log = read(path)
     verdict = judge(log)
     stand_up_picture(log, verdict.release, picture)

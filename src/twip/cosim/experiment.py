@@ -1,0 +1,72 @@
+"""Start, stop, step and coupling of a run: from the caller, else from the system's description, else from the FMUs."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twip.cosim.ssd import COUPLINGS
+from twip.cosim.system import System
+from twip.errors import TwipError
+
+_DIVIDES = 1e-9
+"""Relative deviation of a whole number of steps from the interval that still counts as rounding."""
+_MAXIMUM_STEPS = 2**40
+
+
+@dataclass(frozen=True)
+class TimeGrid:
+    """Equal steps from `start` to `stop`, in s."""
+
+    start: float
+    stop: float
+    step_size: float
+    steps: int
+
+    def times(self, first: int, count: int) -> NDArray[np.float64]:
+        """Return the times of the points `first` to `first + count`: `start + k * step_size`, the last exactly
+        `stop`.
+        """
+        times = self.start + np.arange(first, first + count + 1, dtype=np.float64) * self.step_size
+        if first + count == self.steps:
+            times[-1] = self.stop
+        return times
+
+
+def time_grid(system: System, start: float | None, stop: float | None, step_size: float | None) -> TimeGrid:
+    """Complete and check the arguments. Raises `TwipError` that names the numbers."""
+    proposed = system.experiment
+    start = next((float(t) for t in (start, proposed.start_time) if t is not None), 0.0)
+    stop = next((float(t) for t in (stop, proposed.stop_time) if t is not None), None)
+    if stop is None:
+        raise TwipError(f"stop time is not given, and {system.file} has no DefaultExperiment with one")
+    if step_size is None:
+        fmu_steps = [
+            c.fmu.step_size for c in system.components if c.fmu.step_size is not None and c.fmu.step_size > 0.0
+        ]
+        step_size = proposed.step_size if proposed.step_size is not None else min(fmu_steps, default=None)
+    if step_size is None:
+        raise TwipError(f"step size is not given, and neither {system.file} nor any FMU proposes one")
+    step_size = float(step_size)
+    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+        raise TwipError(f"stop time {stop!r} s must be later than start time {start!r} s")
+    if not (math.isfinite(step_size) and step_size > 0.0):
+        raise TwipError(f"step size {step_size!r} s must be a positive number")
+    ratio = (stop - start) / step_size
+    if ratio > _MAXIMUM_STEPS:
+        raise TwipError(f"step size {step_size!r} s is too small for the interval from {start!r} s to {stop!r} s")
+    steps = round(ratio)
+    if steps < 1 or abs(steps * step_size - (stop - start)) > _DIVIDES * (stop - start):
+        raise TwipError(
+            f"step size {step_size!r} s does not divide the interval from {start!r} s to {stop!r} s ({ratio:.9g} steps)"
+        )
+    return TimeGrid(start, stop, step_size, steps)
+
+
+def choose_coupling(system: System, coupling: str | None) -> str:
+    """Return the coupling of a run: the caller's, the description's, else Jacobi."""
+    coupling = coupling or system.experiment.coupling or "jacobi"
+    if coupling not in COUPLINGS:
+        raise TwipError(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}")
+    return coupling

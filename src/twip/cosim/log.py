@@ -1,0 +1,236 @@
+"""The log of a run as MCAP with protobuf messages: topic `/<component>` per component, `/log` for messages in words.
+
+Rows are laid out in numpy and written a chunk at a time; see `log_schema` for names and bytes, `log_rows` for the
+layout of a chunk, `log_file` for the container, and `playback` for reading it back.
+"""
+
+import csv
+import io
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import get_args
+
+import numpy as np
+from mcap import records
+from numpy.typing import NDArray
+
+from twip.cosim import log_event
+from twip.cosim.log_file import Attachment, Compression, McapFile, MessageBatch, encoded
+from twip.cosim.log_rows import RowBlock
+from twip.cosim.log_schema import (
+    EVENT_TOPIC,
+    FORMAT,
+    channel_metadata,
+    descriptor,
+    field_numbers,
+    layout,
+    topics,
+    unique_identifiers,
+)
+from twip.cosim.record import Channel, columns
+from twip.errors import TwipError
+
+__all__ = ["Attachment", "McapLog"]
+
+CHUNK_ROWS = 200
+CHUNK_BYTES = 4 << 20
+METADATA_NAME = "twip.log"
+SIGNALS_NAME = "signals.csv"
+
+
+class McapLog:
+    """Writes the rows and events of a run; a `Sink` and a context manager.
+
+    `metadata` (record name → key → text) and `attachments` open the file, after a record `twip.log` (format, start time
+    in s) and an attachment `signals.csv` that names every field; checkers want at least one of each. A chunk is written
+    for every `CHUNK_ROWS` rows (fewer when rows are very wide) however the calls divide them, so a killed run loses at
+    most that many. Times are kept in whole nanoseconds since `start_time` [s]. Components without recorded variables
+    get no channel. Missing folders are created, an existing file is replaced.
+
+    Raises TwipError for a path that cannot be written, a failing disk, times out of order and values that are not of
+    their type.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        channels: Sequence[Channel],
+        metadata: Mapping[str, Mapping[str, str]],
+        attachments: Sequence[Attachment] = (),
+        start_time: float = 0.0,
+        compression: Compression = "zstd",
+    ) -> None:
+        if compression not in get_args(Compression):
+            raise TwipError(f"compression {compression!r} of the log must be one of {', '.join(get_args(Compression))}")
+        self.path = Path(path)
+        self._columns = columns(channels)
+        self._types = [signal.type for channel in channels for signal in channel.signals]
+        self._start_time = float(start_time)
+        recorded = [channel for channel in channels if channel.signals]
+        twice = sorted(name for name, count in Counter(self._columns).items() if count > 1)
+        if twice:
+            raise TwipError(f"log {str(self.path)!r}: more than one variable is named {', '.join(twice)}")
+        own = {"format": FORMAT, "start_time": repr(self._start_time)}
+        schema_records, channel_records = _declare(recorded, self._start_time)
+        self._event_channel = channel_records[-1].id
+        self._file = McapFile(
+            self.path,
+            compression,
+            {METADATA_NAME: {}, **metadata} | {METADATA_NAME: {**metadata.get(METADATA_NAME, {}), **own}},
+            [Attachment(SIGNALS_NAME, "text/csv", _signal_table(recorded, channel_records)), *attachments],
+            schema_records,
+            channel_records,
+        )
+        layouts = [
+            (record.id, layout(field_numbers(len(channel.signals)), [signal.type for signal in channel.signals]))
+            for record, channel in zip(channel_records, recorded, strict=False)
+        ]
+        row_bytes = sum(31 + item.template.size for _, item in layouts)
+        self._block = RowBlock(layouts, max(1, min(CHUNK_ROWS, CHUNK_BYTES // max(row_bytes, 1))))
+        self._filled = 0
+        self._rows = 0
+        self._last = 0
+        self._events: list[tuple[int, bytes]] = []
+        self._event_count = 0
+
+    def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
+        """Take rows (n, columns) at `times` (n,) in s; every full chunk is written before this returns."""
+        times = np.asarray(times, np.float64)
+        rows = np.asarray(rows, np.float64)
+        if rows.shape != (*times.shape, len(self._columns)):
+            raise ValueError(f"{rows.shape} values for {times.shape} times and {len(self._columns)} columns")
+        nanoseconds = self._nanoseconds(times)
+        done = 0
+        while done < len(times):
+            count = min(len(times) - done, self._block.capacity - self._filled)
+            part = slice(done, done + count)
+            wrong = self._block.put(self._filled, self._rows, nanoseconds[part], rows[part])
+            if wrong:
+                self._filled += wrong[0]
+                self._rows += wrong[0]
+                row, column = done + wrong[0], wrong[1]
+                raise TwipError(
+                    f"{self._columns[column]} = {rows[row, column]} at t = {times[row]} s "
+                    f"is not a value of its type {self._types[column]}"
+                )
+            self._filled += count
+            self._rows += count
+            done += count
+            if self._filled == self._block.capacity:
+                self._flush(before=int(self._block.nanoseconds[self._filled - 1]))
+
+    def event(self, time: float, level: str, source: str, message: str) -> None:
+        """Take a message at `time` [s]; it is written with the rows around it, after rows of the same time."""
+        nanoseconds = max(0, round((time - self._start_time) * 1e9)) if math.isfinite(time) else self._last
+        record = records.Message(
+            channel_id=self._event_channel,
+            log_time=nanoseconds,
+            data=log_event.encode(nanoseconds, level, source, message),
+            publish_time=nanoseconds,
+            sequence=self._event_count & 0xFFFFFFFF,
+        )
+        self._event_count += 1
+        self._events.append((nanoseconds, encoded(record)))
+
+    def close(self) -> None:
+        """Write what is left and the summary; a second call does nothing, nor does one after a failed write."""
+        if not self._file.closed:
+            self._flush(before=None)
+            self._file.finish()
+
+    def __enter__(self) -> "McapLog":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _nanoseconds(self, times: NDArray[np.float64]) -> NDArray[np.uint64]:
+        exact = np.rint((times - self._start_time) * 1e9)
+        # Comparisons with NaN are false, so these also refuse it.
+        ordered = not len(exact) or (
+            exact[0] >= self._last and exact[-1] < 2.0**63 and bool((exact[1:] >= exact[:-1]).all())
+        )
+        if not ordered:
+            raise TwipError(
+                f"log {str(self.path)!r}: times from {times[0]} s to {times[-1]} s must be finite, "
+                f"must not decrease and must not lie before {self._start_time + self._last / 1e9} s"
+            )
+        nanoseconds = exact.astype(np.uint64)
+        if len(nanoseconds):
+            self._last = int(nanoseconds[-1])
+        return nanoseconds
+
+    def _flush(self, before: int | None) -> None:
+        """Write the collected rows, and events earlier than `before` [ns] (None: all) where their time puts them."""
+        count = self._filled if self._block.channel_ids else 0
+        ready = [item for item in self._events if before is None or item[0] < before]
+        self._events = [item for item in self._events if before is not None and item[0] >= before]
+        ready.sort(key=lambda item: item[0])
+        times = self._block.nanoseconds[:count]
+        pieces: list[bytes | memoryview] = []
+        shift = np.zeros(count, np.int64) if ready else None
+        entries = []
+        position = laid = 0
+        for time, record in ready:
+            row = int(np.searchsorted(times, np.uint64(time), side="right"))
+            pieces.append(self._block.data(laid, row))
+            position += len(pieces[-1])
+            entries.append((time, position))
+            pieces.append(record)
+            position += len(record)
+            laid = row
+            if shift is not None:
+                shift[row:] += len(record)
+        pieces.append(self._block.data(laid, count))
+        self._filled = 0
+        counts = dict.fromkeys(self._block.channel_ids, count) if count else {}
+        index: list[bytes | memoryview] = []
+        sizes = {}
+        if counts:
+            rows_index, size = self._block.index(count, shift)
+            index.append(rows_index)
+            sizes = dict.fromkeys(counts, size)
+        if ready:
+            event_index = encoded(records.MessageIndex(self._event_channel, entries))
+            counts[self._event_channel] = len(ready)
+            sizes[self._event_channel] = len(event_index)
+            index.append(event_index)
+        if counts:
+            ends = [*times[:1], *times[-1:], *(time for time, _ in ready)]
+            self._file.write(MessageBatch(pieces, int(min(ends)), int(max(ends)), counts, index, sizes))
+
+
+def _declare(channels: Sequence[Channel], start_time: float) -> tuple[list[records.Schema], list[records.Channel]]:
+    """Return the schema and channel records of the components, and last those of the events."""
+    found = topics(channel.component for channel in channels)
+    topic_of = [found[channel.component] for channel in channels]
+    names = unique_identifiers([topic[1:] for topic in topic_of])
+    declared = [
+        (f"twip.{name}", descriptor(name, channel.signals), topic, channel_metadata(channel, start_time))
+        for name, topic, channel in zip(names, topic_of, channels, strict=True)
+    ]
+    about = {"twip.format": FORMAT, "twip.start_time": repr(start_time)}
+    declared.append((log_event.SCHEMA_NAME, log_event.SCHEMA, EVENT_TOPIC, about))
+    schema_records = [records.Schema(i, data, "protobuf", name) for i, (name, data, _, _) in enumerate(declared, 1)]
+    channel_records = [
+        records.Channel(id=i, topic=topic, message_encoding="protobuf", metadata=metadata, schema_id=i)
+        for i, (_, _, topic, metadata) in enumerate(declared, 1)
+    ]
+    return schema_records, channel_records
+
+
+def _signal_table(channels: Sequence[Channel], channel_records: Sequence[records.Channel]) -> bytes:
+    """Return a CSV table with one line per recorded variable."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["topic", "field", "component", "variable", "type", "unit", "causality", "description"])
+    for channel, record in zip(channels, channel_records, strict=False):
+        for field, signal in zip(unique_identifiers([s.name for s in channel.signals]), channel.signals, strict=True):
+            about = (signal.name, signal.type, signal.unit or "", signal.causality, signal.description)
+            table.writerow([record.topic, field, channel.component, *about])
+    return text.getvalue().encode("utf-8", "backslashreplace")

@@ -1,0 +1,168 @@
+"""Reads the container of a log: finished files and those of killed runs, with every checksum tested.
+
+The messages of a chunk that repeat with one period (as a log's rows do) are found by comparing whole rows in numpy; any
+other chunk (an event lies between, or another tool has rewritten the file) is walked record by record.
+"""
+
+import struct
+import zlib
+from dataclasses import dataclass, field
+from io import BytesIO
+
+import numpy as np
+from mcap import records
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.stream_reader import get_chunk_data_stream
+from mcap.writer import MCAP0_MAGIC
+from numpy.typing import NDArray
+
+HEAD = struct.Struct("<BQ")
+BODY_HEAD = 22
+"""Bytes of a message's body before its data: channel, sequence, log time, publish time."""
+
+
+class DamagedError(Exception):
+    """The file is not what it says it is; the message says where."""
+
+
+@dataclass
+class Scan:
+    """What a file holds; `bodies` are message bodies (messages, bytes) by channel, in file order."""
+
+    library: str = ""
+    schemas: dict[int, records.Schema] = field(default_factory=dict)
+    channels: dict[int, records.Channel] = field(default_factory=dict)
+    metadata: list[records.Metadata] = field(default_factory=list)
+    attachments: list[records.Attachment] = field(default_factory=list)
+    bodies: dict[int, list[NDArray[np.uint8]]] = field(default_factory=dict)
+    complete: bool = False
+    """Whether the file was finished; otherwise what follows the last whole record is left out."""
+
+
+def scan(data: bytes) -> Scan:
+    """Take a file apart.
+
+    Raises DamagedError, or what the decoders raise at bytes that are no such record (ValueError, struct.error, …).
+    """
+    if not data.startswith(MCAP0_MAGIC):
+        raise DamagedError("it does not begin as an MCAP file does")
+    found = Scan()
+    position = len(MCAP0_MAGIC)
+    finished = data.endswith(MCAP0_MAGIC) and len(data) > 2 * position
+    data_end: int | None = None
+    while position + HEAD.size <= len(data):
+        opcode, length = HEAD.unpack_from(data, position)
+        end = position + HEAD.size + length
+        if opcode == 0 or (finished and end > len(data) - len(MCAP0_MAGIC)):
+            raise DamagedError(f"no record begins at byte {position}")
+        if end > len(data):
+            break
+        body = data[position + HEAD.size : end]
+        if opcode == Opcode.FOOTER:
+            _check_summary(data, position, records.Footer.read(_stream(body)))
+            if data_end is None or (finished and end != len(data) - len(MCAP0_MAGIC)):
+                raise DamagedError(f"its footer is out of place at byte {position}")
+            found.complete = finished
+            return found
+        if opcode == Opcode.DATA_END:
+            crc = records.DataEnd.read(_stream(body)).data_section_crc
+            if crc not in (0, zlib.crc32(data[:position])):
+                raise DamagedError("the checksum of its data differs")
+            data_end = position
+        elif data_end is None:
+            _take(found, opcode, body, position)
+        position = end
+    if finished:
+        raise DamagedError("it has no footer")
+    return found
+
+
+def _take(found: Scan, opcode: int, body: bytes, position: int) -> None:
+    if opcode == Opcode.HEADER:
+        found.library = records.Header.read(_stream(body)).library
+    elif opcode == Opcode.METADATA:
+        found.metadata.append(records.Metadata.read(_stream(body)))
+    elif opcode == Opcode.ATTACHMENT:
+        attachment = records.Attachment.read(_stream(body))
+        if zlib.crc32(body[:-4]) != int.from_bytes(body[-4:], "little"):
+            raise DamagedError(f"the checksum of its attachment {attachment.name!r} differs")
+        found.attachments.append(attachment)
+    elif opcode == Opcode.CHUNK:
+        chunk = records.Chunk.read(_stream(body))
+        if chunk.compression not in ("", "lz4", "zstd"):
+            raise DamagedError(f"the chunk at byte {position} is compressed as {chunk.compression!r}")
+        stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+        if size != chunk.uncompressed_size:
+            raise DamagedError(f"the chunk at byte {position} has {size} bytes instead of {chunk.uncompressed_size}")
+        _split(found, stream.read(size), position)
+    elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
+        _take_inner(found, opcode, body)
+
+
+def _take_inner(found: Scan, opcode: int, body: bytes) -> None:
+    if opcode == Opcode.SCHEMA:
+        schema = records.Schema.read(_stream(body))
+        found.schemas[schema.id] = schema
+    elif opcode == Opcode.CHANNEL:
+        channel = records.Channel.read(_stream(body))
+        found.channels[channel.id] = channel
+    elif opcode == Opcode.MESSAGE:
+        (channel_id,) = struct.unpack_from("<H", body)
+        found.bodies.setdefault(channel_id, []).append(np.frombuffer(body, np.uint8)[None])
+
+
+def _split(found: Scan, data: bytes, position: int) -> None:
+    """Add the records of a chunk's uncompressed data."""
+    row = _first_row(data)
+    size = sum(HEAD.size + length for _, _, length in row)
+    if row and size and len(data) % size == 0:
+        rows = np.frombuffer(data, np.uint8).reshape(-1, size)
+        heads = np.concatenate([np.arange(start, start + HEAD.size + 2) for _, start, _ in row])
+        if (rows[:, heads] == rows[0, heads]).all():
+            for channel_id, start, length in row:
+                found.bodies.setdefault(channel_id, []).append(rows[:, start + HEAD.size : start + HEAD.size + length])
+            return
+    messages: dict[tuple[int, int], list[int]] = {}
+    at = 0
+    while at < len(data):
+        opcode, length = HEAD.unpack_from(data, at)
+        body = at + HEAD.size
+        if body + length > len(data):
+            raise DamagedError(f"a record overruns the chunk at byte {position}")
+        if opcode == Opcode.MESSAGE:
+            (channel_id,) = struct.unpack_from("<H", data, body)
+            messages.setdefault((channel_id, length), []).append(body)
+        else:
+            _take_inner(found, opcode, data[body : body + length])
+        at = body + length
+    raw = np.frombuffer(data, np.uint8)
+    for (channel_id, length), starts in messages.items():
+        found.bodies.setdefault(channel_id, []).append(raw[np.array(starts)[:, None] + np.arange(length)])
+
+
+def _first_row(data: bytes) -> list[tuple[int, int, int]]:
+    """Return (channel, start, body length) of the messages before the first channel repeats; none if others mix in."""
+    row: list[tuple[int, int, int]] = []
+    at = 0
+    while at + HEAD.size + BODY_HEAD <= len(data):
+        opcode, length = HEAD.unpack_from(data, at)
+        (channel_id,) = struct.unpack_from("<H", data, at + HEAD.size)
+        if opcode != Opcode.MESSAGE or length < BODY_HEAD:
+            return []
+        if row and channel_id == row[0][0]:
+            break
+        row.append((channel_id, at, length))
+        at += HEAD.size + length
+    return row
+
+
+def _check_summary(data: bytes, position: int, footer: records.Footer) -> None:
+    start = footer.summary_start or position
+    covered = data[start : position + HEAD.size + 16]
+    if start > position or footer.summary_crc not in (0, zlib.crc32(covered)):
+        raise DamagedError("the checksum of its summary differs")
+
+
+def _stream(body: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(body))

@@ -1,0 +1,119 @@
+"""What a run leaves behind: a summary, a table in memory, a CSV file."""
+
+import csv
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twip.cosim.messages import Message
+from twip.cosim.record import Channel, columns
+from twip.errors import TwipError
+
+
+@dataclass(frozen=True)
+class Result:
+    """Summary of a run."""
+
+    steps: int
+    """Finished steps; the sinks hold one row more, that of the start time."""
+    start_time: float
+    time: float
+    """Simulated time reached, in s."""
+    step_size: float
+    coupling: str
+    wall_time: float
+    """Time spent stepping and recording, in s."""
+    setup_time: float
+    """Time spent unpacking, instantiating and initializing, in s."""
+    interrupted: bool
+    values: dict[str, float]
+    """The last row by column name."""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time over wall time."""
+        return (self.time - self.start_time) / self.wall_time if self.wall_time > 0.0 else float("inf")
+
+
+@dataclass
+class Table:
+    """A sink that keeps everything in memory: `table["plant.pitch"]` is an array over `table.times`."""
+
+    channels: Sequence[Channel]
+    events: list[Message] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.columns = columns(self.channels)
+        self._index = {name: i for i, name in enumerate(self.columns)}
+        self._times: list[NDArray[np.float64]] = []
+        self._rows: list[NDArray[np.float64]] = []
+        self.closed = False
+
+    def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
+        """Keep copies of the rows."""
+        self._times.append(times.copy())
+        self._rows.append(rows.copy())
+
+    def event(self, time: float, level: str, source: str, message: str) -> None:
+        """Keep the message in `events`."""
+        self.events.append(Message(time, level, source, message))
+
+    def close(self) -> None:
+        """Mark the table as complete."""
+        self.closed = True
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the rows in s, (rows,)."""
+        return np.concatenate([np.zeros(0), *self._times])
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """All rows, (rows, columns)."""
+        return np.concatenate([np.zeros((0, len(self.columns))), *self._rows])
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self._index:
+            raise TwipError(f"there is no column {name}")
+        i = self._index[name]
+        return np.concatenate([np.zeros(0), *(rows[:, i] for rows in self._rows)])
+
+
+class CsvSink:
+    """A sink that writes `time`, every output, and every connector of the outermost system, in full precision."""
+
+    def __init__(self, path: str | os.PathLike[str], channels: Sequence[Channel]):
+        """Create the file and write the header. Raises `TwipError` when it cannot be written."""
+        names = columns(channels)
+        signals = [(channel.component, signal) for channel in channels for signal in channel.signals]
+        self._keep = [i for i, (owner, signal) in enumerate(signals) if signal.causality == "output" or not owner]
+        self._whole = [signals[i][1].type != "Real" for i in self._keep]
+        header = io.StringIO()
+        csv.writer(header, lineterminator="\n").writerow(["time", *(names[i] for i in self._keep)])
+        try:
+            self._file = open(path, "w", encoding="utf-8", newline="")  # noqa: SIM115
+            self._file.write(header.getvalue())
+            self._file.flush()
+        except OSError as error:
+            raise TwipError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+    def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
+        """Append the rows; they are on disk when this returns."""
+        lines = []
+        for time, row in zip(times.tolist(), rows[:, self._keep].tolist(), strict=True):
+            cells = [repr(int(v)) if whole else repr(v) for v, whole in zip(row, self._whole, strict=True)]
+            lines.append(",".join([repr(time), *cells]))
+        self._file.write("\n".join(lines) + "\n" if lines else "")
+        self._file.flush()
+
+    def event(self, time: float, level: str, source: str, message: str) -> None:
+        """Messages have no place in a table of numbers."""
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()

@@ -1,0 +1,126 @@
+"""A checked system, ready to run: components, their values before initialization, and the copies between them."""
+
+import pathlib
+from dataclasses import dataclass, field
+
+from twip.cosim.archive import Workspace, unpack
+from twip.cosim.fmu import Fmu, Variable
+from twip.cosim.parameters import StartValue
+from twip.cosim.record import Channel, columns
+from twip.cosim.ssd import Experiment
+from twip.cosim.units import Affine
+
+
+@dataclass(frozen=True)
+class Component:
+    """One instance of an FMU in the system."""
+
+    name: str
+    """Dotted for components of nested systems."""
+    fmu: Fmu
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    start_values: tuple[StartValue, ...]
+
+
+@dataclass(frozen=True)
+class Copy:
+    """`destination = factor * source + offset`, both columns of the recorded table."""
+
+    destination: int
+    source: int
+    conversion: Affine
+    used_by: tuple[str, ...] = ()
+    """Components whose step needs the value; empty for an output of a system, which is copied after all steps."""
+
+
+@dataclass(frozen=True)
+class OpenConnector:
+    """A connector through which a system takes a value from outside: the caller's inputs may drive it."""
+
+    column: int
+    start: float | None
+    """Value the system's description or the caller gives it."""
+    mirrored: Copy | None
+    """A fed input (the destination) whose start value it shows while nobody drives it."""
+
+
+@dataclass
+class System:
+    """A system that has passed every check. The recorded columns are those of `channels`, in order."""
+
+    name: str
+    file: str
+    components: tuple[Component, ...]
+    """In the order of the file."""
+    channels: tuple[Channel, ...]
+    """Of the components in the order of the file, then of the systems that have connectors."""
+    copies: tuple[Copy, ...]
+    """From component outputs and open connectors to component inputs and to the other connectors."""
+    open_connectors: tuple[OpenConnector, ...]
+    experiment: Experiment
+    warnings: tuple[str, ...]
+    """What is odd, yet allowed by the standard."""
+    sources: dict[str, dict[str, str]]
+    workspace: Workspace
+    _unpacked: dict[pathlib.Path, pathlib.Path] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the recorded columns: `component.variable`, a connector of the outermost system by its bare name."""
+        return columns(self.channels)
+
+    @property
+    def first_column(self) -> dict[str, int]:
+        """Index of each channel's first column."""
+        first, result = 0, {}
+        for channel in self.channels:
+            result[channel.component] = first
+            first += len(channel.signals)
+        return result
+
+    def unpacked(self, fmu: Fmu) -> pathlib.Path:
+        """Return the folder that holds the unpacked FMU; its instances and later runs share it. Raises `TwipError`."""
+        if fmu.path not in self._unpacked:
+            folder = self.workspace.folder(fmu.model_identifier)
+            if fmu.path.is_dir():
+                for file in fmu.path.rglob("*"):
+                    if file.is_file():
+                        target = folder / file.relative_to(fmu.path)
+                        target.parent.mkdir(parents=True, exist_ok=True)
+                        target.write_bytes(file.read_bytes())
+            else:
+                unpack(fmu.path, folder, fmu.name)
+            self._unpacked[fmu.path] = folder
+        return self._unpacked[fmu.path]
+
+    def forget(self, folder: pathlib.Path) -> None:
+        """Unpack an FMU anew next time: its library in `folder` has failed beyond repair."""
+        self._unpacked = {path: unpacked for path, unpacked in self._unpacked.items() if unpacked != folder}
+
+    def provenance(self) -> dict[str, dict[str, str]]:
+        """Return what a log needs to say where its numbers come from: a mapping of names to mappings of text."""
+        result = {name: dict(entries) for name, entries in self.sources.items()}
+        for component in self.components:
+            fmu = component.fmu
+            result[f"component {component.name}"] = {
+                "fmu": fmu.name,
+                "sha256": fmu.sha256,
+                "guid": fmu.guid,
+                "fmi_version": "2.0",
+                "generation_tool": fmu.generation_tool,
+            }
+            values = {start.variable.name: repr(start.value) for start in component.start_values}
+            if values:
+                result[f"start values {component.name}"] = values
+        return result
+
+    def close(self) -> None:
+        """Remove the temporary folder now rather than with the last reference."""
+        self.workspace.close()
+
+    def __enter__(self) -> "System":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,38 @@
+"""FMUs for the tests of the master, built once by plain pythonfmu in a process of its own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+BUILD = """
+import sys
+from pathlib import Path
+from pythonfmu.builder import FmuBuilder
+for script in sorted(Path(sys.argv[1]).glob("*.py")):
+    FmuBuilder.build_FMU(script, dest=sys.argv[2])
+"""
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory) -> Path:
+    """A folder with CosimGain.fmu, CosimIntegrator.fmu, CosimMixed.fmu and CosimFaulty.fmu as pythonfmu makes them."""
+    folder = tmp_path_factory.mktemp("fmus")
+    sources = folder / "sources"
+    shutil.copytree(HERE / "slaves", sources, ignore=shutil.ignore_patterns("__pycache__"))
+    subprocess.run(
+        [sys.executable, "-c", BUILD, str(sources), str(folder)], check=True, capture_output=True, timeout=120
+    )
+    return folder
+
+
+@pytest.fixture
+def folder(fmus, tmp_path) -> Path:
+    """An own folder for a test, with the FMUs in it."""
+    for fmu in fmus.glob("*.fmu"):
+        os.link(fmu, tmp_path / fmu.name)
+    return tmp_path

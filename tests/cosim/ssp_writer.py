@@ -1,0 +1,139 @@
+"""Writes small systems for the tests: SSD and SSV text, and FMUs with an edited model description."""
+
+import re
+import zipfile
+from pathlib import Path
+
+from lxml import etree
+
+SSP = "http://ssp-standard.org/SSP1/"
+HEAD = (
+    f'<ssd:SystemStructureDescription xmlns:ssd="{SSP}SystemStructureDescription"'
+    f' xmlns:ssc="{SSP}SystemStructureCommon" xmlns:ssv="{SSP}SystemStructureParameterValues"'
+)
+
+
+def connector(name, kind, type_="Real", unit=None):
+    inner = "" if type_ is None else f"<ssc:{type_}{f' unit={chr(34)}{unit}{chr(34)}' if unit else ''}/>"
+    return f'<ssd:Connector name="{name}" kind="{kind}">{inner}</ssd:Connector>'
+
+
+def connectors(text):
+    """Turn `u>:Real[rad] y<` into connectors: `>` input, `<` output, `*` parameter; `:Type`, `[unit]` optional."""
+    kinds = {">": "input", "<": "output", "*": "parameter"}
+    found = re.findall(r"([^\s<>*]+)([<>*])(?::(\w+))?(?:\[([^\]]+)\])?", text)
+    items = "".join(
+        connector(name, kinds[kind], type_ or None if not unit else "Real", unit) for name, kind, type_, unit in found
+    )
+    return f"<ssd:Connectors>{items}</ssd:Connectors>" if items else ""
+
+
+def component(name, source, ports="", inside=""):
+    return f'<ssd:Component name="{name}" source="{source}">{connectors(ports)}{inside}</ssd:Component>'
+
+
+def connection(text, inside="", **attributes):
+    """Turn `a.u -> b.y` into a connection; a bare name is a connector of the system."""
+    ends = []
+    for side, end in zip(("start", "end"), text.split(" -> "), strict=True):
+        element, _, name = end.rpartition(".")
+        ends.append((f'{side}Element="{element}" ' if element else "") + f'{side}Connector="{name}"')
+    more = "".join(f' {key}="{value}"' for key, value in attributes.items())
+    return f"<ssd:Connection {ends[0]} {ends[1]}{more}>{inside}</ssd:Connection>"
+
+
+def linear(factor=None, offset=None):
+    given = {"factor": factor, "offset": offset}
+    return "<ssc:LinearTransformation" + "".join(f' {k}="{v}"' for k, v in given.items() if v is not None) + "/>"
+
+
+def system(elements, connections=(), ports="", inside="", name="root"):
+    lines = "\n".join(connections)
+    wires = f"<ssd:Connections>\n{lines}\n</ssd:Connections>" if lines else ""
+    parts = "\n".join(elements)
+    inner = f"{connectors(ports)}{inside}\n<ssd:Elements>\n{parts}\n</ssd:Elements>\n{wires}"
+    return f'<ssd:System name="{name}">{inner}</ssd:System>'
+
+
+def parameter_set(values, units=""):
+    """Return an SSV element; values are (type, value) or (type, value, unit)."""
+    items = []
+    for name, (type_, value, *unit) in values.items():
+        more = f' unit="{unit[0]}"' if unit else ""
+        items.append(f'<ssv:Parameter name="{name}">\n<ssv:{type_} value="{value}"{more}/></ssv:Parameter>')
+    return (
+        f'<ssv:ParameterSet xmlns:ssv="{SSP}SystemStructureParameterValues" xmlns:ssc="{SSP}SystemStructureCommon"'
+        f' version="1.0" name="values"><ssv:Parameters>\n{chr(10).join(items)}\n</ssv:Parameters>{units}'
+        "</ssv:ParameterSet>"
+    )
+
+
+def bind(values=None, source=None, prefix=None):
+    attributes = "".join(f' {k}="{v}"' for k, v in {"source": source, "prefix": prefix}.items() if v is not None)
+    inline = "" if values is None else f"<ssd:ParameterValues>{parameter_set(values)}</ssd:ParameterValues>"
+    binding = f"<ssd:ParameterBinding{attributes}>{inline}</ssd:ParameterBinding>"
+    return f"<ssd:ParameterBindings>{binding}</ssd:ParameterBindings>"
+
+
+def algorithm(attributes):
+    """Return our annotation by which a file proposes how to run it."""
+    item = f'<t:Algorithm xmlns:t="https://twip.example/ssp" {attributes}/>'
+    return f'<ssd:Annotations><ssc:Annotation type="org.twip.cosim">{item}</ssc:Annotation></ssd:Annotations>'
+
+
+def units(text, prefix="ssd"):
+    """Turn `deg rad=1 factor=0.0174; rad rad=1` into unit definitions."""
+    items = []
+    for unit in text.split(";"):
+        name, *base = unit.split()
+        attributes = " ".join(f'{k}="{v}"' for k, v in (item.split("=") for item in base))
+        items.append(f'<ssc:Unit name="{name}"><ssc:BaseUnit {attributes}/></ssc:Unit>')
+    return f"<{prefix}:Units>{''.join(items)}</{prefix}:Units>"
+
+
+def write(
+    folder: Path, body: str, *, tail='<ssd:DefaultExperiment startTime="0" stopTime="1"/>', version="1.0"
+) -> Path:
+    """Write an SSD next to which the FMUs lie; return its path."""
+    path = folder / "SystemStructure.ssd"
+    path.write_text(
+        f'{HEAD} version="{version}" name="test">\n{body}\n{tail}\n</ssd:SystemStructureDescription>', encoding="utf-8"
+    )
+    return path
+
+
+def pack(ssd: Path, target: Path, files: dict[str, Path]) -> Path:
+    """Make an `.ssp` archive."""
+    with zipfile.ZipFile(target, "w") as archive:
+        archive.write(ssd, "SystemStructure.ssd")
+        for name, file in files.items():
+            archive.write(file, name)
+    return target
+
+
+def edit_fmu(source: Path, target: Path, *, variables=None, dependencies=None, definitions="", step_size=None) -> Path:
+    """Copy an FMU with attributes added to its variables, dependencies (output to inputs), and unit definitions."""
+    with zipfile.ZipFile(source) as archive:
+        contents = {entry: archive.read(entry) for entry in archive.namelist()}
+    root = etree.fromstring(contents["modelDescription.xml"])
+    scalars = {v.get("name"): v for v in root.iter("ScalarVariable")}
+    index = {name: str(i) for i, name in enumerate(scalars, 1)}
+    for name, attributes in (variables or {}).items():
+        for key, value in attributes.items():
+            (scalars[name] if key in ("causality", "variability", "initial") else scalars[name][0]).set(key, str(value))
+    for unknown in root.iter("Unknown"):
+        name = list(scalars)[int(unknown.get("index")) - 1]
+        if name in (dependencies or {}):
+            unknown.set("dependencies", " ".join(sorted((index[d] for d in dependencies[name]), key=int)))
+    first = next(i for i, child in enumerate(root) if child.tag == "CoSimulation")
+    if definitions:
+        text = re.sub(r"ssc:", "", units(definitions, "x")).replace("x:Units", "UnitDefinitions")
+        root.insert(first + 1, etree.fromstring(text))
+    if step_size is not None:
+        place = next(i for i, child in enumerate(root) if child.tag == "ModelVariables")
+        root.insert(place, etree.Element("DefaultExperiment", stepSize=str(step_size)))
+    contents["modelDescription.xml"] = etree.tostring(root)
+    with zipfile.ZipFile(target, "w") as archive:
+        for entry, data in contents.items():
+            archive.writestr(entry, data)
+    return target

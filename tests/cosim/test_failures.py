@@ -1,0 +1,178 @@
+"""A run that does not reach its end: what the caller, the sinks and the temporary folder are left with."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ssp_writer import component, connection, system, write
+
+from twip.cosim import CsvSink, Table, load, simulate
+from twip.errors import TwipError
+
+
+@pytest.fixture
+def path(folder):
+    parts = [component(name, "CosimFaulty.fmu", "u> y<") for name in ("good", "bad")]
+    return write(folder, system([*parts, component("g", "CosimGain.fmu", "u>")], [connection("good.y -> g.u")]))
+
+
+def run(path, fault, at=0.5, **options):
+    with load(path, start_values={"bad.fault": fault, "bad.fault_time": at}) as loaded:
+        table, csv = Table(loaded.channels), CsvSink(path.parent / "out.csv", loaded.channels)
+        failure = None
+        try:
+            result = simulate(loaded, sinks=[table, csv], step_size=options.pop("step_size", 0.1), **options)
+        except TwipError as error:
+            failure, result = error, None
+        folder = loaded.workspace.path
+    assert not folder.exists()
+    assert table.closed
+    return table, result, failure
+
+
+@pytest.mark.parametrize("coupling", ["jacobi", "gauss-seidel"])
+@pytest.mark.parametrize(
+    ("fault", "message", "level"),
+    [
+        ("raise", "bad failed at t = 0.5 s: fmi2DoStep returned fatal: Fatal py exception encountered: [doStep]"
+         " PyObject_CallMethod ValueError('the belt broke')", "fatal"),
+        ("discard", "bad failed at t = 0.5 s: fmi2DoStep returned discard: the belt slipped by 3 mm", "error"),
+        ("nan", "bad failed at t = 0.6 s: fmi2GetReal gave y = nan, which is not finite", "error"),
+    ],
+)  # fmt: skip
+def test_a_failing_component_leaves_exactly_the_rows_before_it(path, coupling, fault, message, level):
+    table, _, failure = run(path, fault, coupling=coupling)
+    assert str(failure) == message
+    # the row at 0.5 s is the last; the step from there failed
+    assert table.times.tolist() == [k * 0.1 for k in range(6)]
+    assert table["good.y"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+    # under Jacobi the gain (y = 2 u, z = -u) lags by a step
+    used = 5.0 if coupling == "gauss-seidel" else 4.0
+    assert (path.parent / "out.csv").read_text().splitlines()[-1] == f"0.5,5.0,5.0,{2 * used},{-used}"
+    assert table.events[-1].text == message
+    assert table.events[0].level == level
+    assert table.events[0].time == 0.5
+
+
+def test_a_failure_in_a_later_chunk_keeps_the_chunks_before_and_the_rows_of_its_own(path):
+    table, _, failure = run(path, "raise", at=0.45, step_size=0.001)
+    assert failure is not None
+    assert len(table.times) == 451
+    assert len((path.parent / "out.csv").read_text().splitlines()) == 452
+
+
+def test_a_failure_during_initialization_names_the_function(path):
+    table, _, failure = run(path, "initialization")
+    assert str(failure).startswith("bad failed at t = 0 s: fmi2ExitInitializationMode returned fatal: ")
+    assert len(table.times) == 0
+
+
+def test_after_a_fatal_failure_the_same_system_runs_again(path):
+    with load(path, start_values={"bad.fault": "raise", "bad.fault_time": 0.5}) as loaded:
+        with pytest.raises(TwipError):
+            simulate(loaded, step_size=0.1)
+        assert simulate(loaded, step_size=0.1, stop_time=0.5).steps == 5
+
+
+def test_messages_of_the_components_are_events_with_their_time_and_not_printed(path, capfd):
+    table, result, _ = run(path, "chatter", at=0.25, step_size=0.25)
+    assert [(e.time, e.level, e.source, e.text) for e in table.events] == [
+        (t, level, "bad", text)
+        for t in (0.25, 0.5, 0.75)
+        for level, text in (("info", "all is well"), ("warning", "a bit warm: 90 % of the limit"))
+    ]
+    assert result.warnings == ()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_sink_that_cannot_write_ends_the_run_with_one_line(path):
+    class Full(Table):
+        def write(self, times, rows):
+            if len(self.times) > 300:
+                raise OSError(28, "No space left on device", "log.mcap")
+            super().write(times, rows)
+
+    with load(path) as loaded:
+        other, full = Table(loaded.channels), Full(loaded.channels)
+        with pytest.raises(TwipError, match=r"^log.mcap: cannot be written \(No space left on device\)$"):
+            simulate(loaded, step_size=0.001, sinks=[full, other])
+    assert full.closed
+    assert other.closed
+
+
+def test_a_csv_path_that_cannot_be_written_is_named(path):
+    with load(path) as loaded, pytest.raises(TwipError, match=r"none/out\.csv: cannot be written"):
+        CsvSink(path.parent / "none" / "out.csv", loaded.channels)
+
+
+def test_the_csv_holds_outputs_in_full_precision(path):
+    table, _, _ = run(path, "none", step_size=0.1)
+    lines = (path.parent / "out.csv").read_text().splitlines()
+    assert lines[0] == "time,good.y,bad.y,g.y,g.z"
+    read = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    expected = np.column_stack([table.times, *(table[name] for name in ("good.y", "bad.y", "g.y", "g.z"))])
+    np.testing.assert_array_equal(read, expected)
+
+
+def test_progress_is_told_after_each_chunk(path):
+    seen = []
+    run(path, "none", step_size=0.002, progress=seen.append)
+    assert seen == [0.4, 0.8, 1.0]
+
+
+PROGRAM = """
+    import sys
+    from twip.cosim import CsvSink, Table, load, simulate
+
+    with load(sys.argv[1], start_values={"bad.fault": "slow"}) as loaded:
+        table, csv = Table(loaded.channels), CsvSink(sys.argv[2], loaded.channels)
+        tell = lambda time: print("reached", time, flush=True)
+        print("folder", loaded.workspace.path, flush=True)
+        result = simulate(loaded, sinks=[table, csv], stop_time=1000, step_size=0.01, progress=tell)
+    print("rows", len(table.times), result.steps, result.interrupted, table.closed)
+    sys.exit(130 if result.interrupted else 0)
+"""
+
+
+def test_ctrl_c_stops_between_two_steps_with_complete_output(path, tmp_path):
+    out = tmp_path / "interrupted.csv"
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(PROGRAM), str(path), str(out)], stdout=subprocess.PIPE, text=True
+    )
+    workspace = Path(process.stdout.readline().split()[1])
+    assert process.stdout.readline().startswith("reached")
+    time.sleep(0.3)
+    sent = time.monotonic()
+    os.kill(process.pid, signal.SIGINT)
+    rest = process.communicate(timeout=30)[0]
+    assert time.monotonic() - sent < 5.0  # one step takes 0.01 s; the rest is the end of the process on a busy machine
+    assert process.returncode == 130
+    rows, steps, interrupted, closed = rest.splitlines()[-1].split()[1:]
+    assert (interrupted, closed) == ("True", "True")
+    assert int(rows) == int(steps) + 1
+    lines = out.read_text().splitlines()
+    assert len(lines) == int(rows) + 1
+    assert lines[-1].count(",") == lines[0].count(",")
+    assert not workspace.exists()
+
+
+def test_the_interrupt_handler_is_restored(path):
+    before = signal.getsignal(signal.SIGINT)
+    run(path, "none")
+    assert signal.getsignal(signal.SIGINT) is before
+    run(path, "raise")
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.heavy
+def test_no_process_aborts_at_its_exit(path):
+    """Plain pythonfmu FMUs abort some hosts at exit; where they don't, this shows only that the guard does no harm."""
+    program = "import sys\nfrom twip.cosim import load, simulate\nsimulate(load(sys.argv[1]), step_size=0.1)"
+    codes = [subprocess.run([sys.executable, "-c", program, str(path)], timeout=60).returncode for _ in range(50)]
+    assert codes == [0] * 50
