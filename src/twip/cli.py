@@ -123,7 +123,7 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument("--input-file", metavar="FILE.csv", help="time series for open inputs: columns time, component.variable")
     run.add_argument("--output-file", metavar="FILE.csv", help="write all outputs as CSV")
     run.add_argument("--coupling", choices=["jacobi", "gauss-seidel"], help="default: the system's, else jacobi")
-    run.add_argument("--loop", choices=["python"], default="python", help="how the schedule is executed; default: python")
+    run.add_argument("--loop", choices=["compiled", "python"], help="how steps are executed; default: compiled where numba is installed")
     run.add_argument("--log", type=Path, metavar="FILE.mcap", help="default: logs/<system>.mcap")
     run.add_argument("--no-log", action="store_true", help="write no log")
     run.set_defaults(run=run_system)

@@ -354,7 +354,7 @@ def test_an_archive_larger_than_the_limit(folder, monkeypatch):
         ({"step_size": 1e-300}, "step size 1e-300 s is too small for the interval from 0.0 s to 1.0 s"),
         ({}, "step size is not given, and neither SystemStructure.ssd nor any FMU proposes one"),
         ({"step_size": 1, "coupling": "magic"}, "coupling 'magic' must be one of jacobi, gauss-seidel"),
-        ({"step_size": 1, "loop": "magic"}, "loop 'magic' must be one of python"),
+        ({"step_size": 1, "loop": "magic"}, "loop 'magic' must be one of compiled, python"),
     ],
 )
 def test_arguments_of_a_run_that_cannot_be(folder, options, message):

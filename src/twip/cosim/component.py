@@ -5,13 +5,15 @@ import ctypes
 import os
 import pathlib
 
+import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
+from numpy.typing import NDArray
 
-from twip.cosim.messages import LEVELS, Callbacks, Message
-from twip.cosim.parameters import StartValue
-from twip.cosim.system import Component
-from twip.errors import TwipError
+from ..errors import TwipError
+from .messages import LEVELS, Callbacks, Message
+from .parameters import StartValue
+from .system import Component
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _ERROR, _FATAL = 3, 4
@@ -58,18 +60,22 @@ class Instance:
     """An instance of a component's FMU. After a fatal status no function of its FMU is called any more."""
 
     def __init__(
-        self, component: Component, folder: pathlib.Path, messages: list[Message], dead: set[pathlib.Path], time: float
+        self,
+        component: Component,
+        folder: pathlib.Path,
+        messages: list[Message],
+        dead: set[pathlib.Path],
+        clock: NDArray[np.float64],
     ):
         """Load the library from the unpacked FMU in `folder` and instantiate.
 
-        Messages are appended to `messages`. `dead`, shared by the instances of a run, collects the folders of FMUs of
-        which some instance returned fatal: FMI 2.0.4 section 2.1.3 forbids every further call to any instance of such
-        an FMU.
+        Messages are appended to `messages`, stamped with the simulated time in `clock` (1,). `dead`, shared by the
+        instances of a run, collects the folders of FMUs of which some instance returned fatal: FMI 2.0.4 section 2.1.3
+        forbids every further call to any instance of such an FMU.
         """
         self.name = component.name
         self.component = component
-        self.time = time
-        """Simulated time in s, kept up to date for messages and failures."""
+        self._clock = clock
         self._folder = folder
         self._dead = dead
         self._messages = messages
@@ -103,17 +109,21 @@ class Instance:
             raise failure from None
         self.handle = self.slave.component
 
+    @property
+    def _time(self) -> float:
+        return float(self._clock[0])
+
     def _receive(self, status: int, text: str) -> None:
         self._said = [*self._said[-9:], (status, text)]
         level = LEVELS[status] if 0 <= status < len(LEVELS) else "error"
-        self._messages.append(Message(self.time, level, self.name, text))
+        self._messages.append(Message(self._time, level, self.name, text))
 
     def failure(self, function: str, what: str) -> ComponentError:
         """Return the exception for a failed call, with the last lines that the FMU logged."""
         texts = [text for status, text in self._said if status > 0] or [text for _, text in self._said[-1:]]
         lines = dict.fromkeys(line for text in texts[-2:] if (line := _one_line(text)))
         said = f": {'; '.join(lines)}" if lines else ""
-        return ComponentError(f"{self.name} failed at t = {self.time:.12g} s: {function} {what}{said}")
+        return ComponentError(f"{self.name} failed at t = {self._time:.12g} s: {function} {what}{said}")
 
     def check(self, function: str, status: int) -> None:
         """Raise `ComponentError` unless `status` is ok or warning."""
@@ -162,7 +172,7 @@ class Instance:
                     self.slave.fmi2Terminate(self.handle)
             except FMICallException as error:
                 self._messages.append(
-                    Message(self.time, "warning", self.name, f"fmi2Terminate returned {STATUS[error.status]}")
+                    Message(self._time, "warning", self.name, f"fmi2Terminate returned {STATUS[error.status]}")
                 )
                 if error.status == _FATAL:
                     self._dead.add(self._folder)

@@ -13,7 +13,7 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from twip.cosim.problems import Place, Problems
+from .problems import Place, Problems
 
 SSP_NAMESPACE = "http://ssp-standard.org/SSP"
 _SCHEMAS = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"

@@ -1,14 +1,15 @@
 """Start, stop, step and coupling of a run: from the caller, else from the system's description, else from the FMUs."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twip.cosim.ssd import COUPLINGS
-from twip.cosim.system import System
-from twip.errors import TwipError
+from ..errors import TwipError
+from .ssd import COUPLINGS
+from .system import System, mid_step_problem
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole number of steps from the interval that still counts as rounding."""
@@ -64,9 +65,24 @@ def time_grid(system: System, start: float | None, stop: float | None, step_size
     return TimeGrid(start, stop, step_size, steps)
 
 
-def choose_coupling(system: System, coupling: str | None) -> str:
-    """Return the coupling of a run: the caller's, the description's, else Jacobi."""
-    coupling = coupling or system.experiment.coupling or "jacobi"
-    if coupling not in COUPLINGS:
-        raise TwipError(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}")
-    return coupling
+@dataclass(frozen=True)
+class Coupling:
+    """How components exchange values within a step."""
+
+    name: str
+    """`jacobi` or `gauss-seidel`."""
+    mid_step: tuple[str, ...]
+    """Inputs (`component.variable`) taken at the middle of a step."""
+
+    @classmethod
+    def of(cls, system: System, name: str | None, mid_step: Sequence[str] | None) -> "Coupling":
+        """Return the coupling of a run: the caller's, the description's, else Jacobi. Raises `TwipError`."""
+        proposed = system.mid_step if name is None else ()
+        name = name or system.experiment.coupling or "jacobi"
+        if name not in COUPLINGS:
+            raise TwipError(f"coupling {name!r} must be one of {', '.join(COUPLINGS)}")
+        chosen = tuple(dict.fromkeys(proposed if mid_step is None else mid_step))
+        problems = [mid_step_problem(i, system.components, system.copies, system.columns) for i in chosen]
+        if any(problems):
+            raise TwipError("\n".join(p for p in problems if p))
+        return cls(name, chosen)

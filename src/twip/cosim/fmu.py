@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import fmpy
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from twip.cosim.document import MAXIMUM_BYTES, parse_xml
-from twip.cosim.problems import Place, Problems
-from twip.cosim.units import BASE_UNITS, Unit, lookup
+from .document import MAXIMUM_BYTES, parse_xml
+from .problems import Place, Problems
+from .units import BASE_UNITS, Unit, lookup
 
 RECORDED_TYPES = ("Real", "Integer", "Boolean")
 

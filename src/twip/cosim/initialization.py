@@ -1,11 +1,9 @@
 """Brings all instances to the start time with connected values that agree."""
 
-import ctypes
-
-from twip.cosim.component import Instance
-from twip.cosim.ports import Ports, Vector
-from twip.cosim.schedule import Schedule
-from twip.cosim.system import System
+from .component import Instance
+from .ports import Ports, Vector
+from .schedule import Schedule
+from .system import System
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12
@@ -69,8 +67,3 @@ def initialize(
         return []
     names = system.columns
     return [f"initial values do not settle within {MAXIMUM_PASSES} passes: {', '.join(names[i] for i in changing)}"]
-
-
-def vector(columns: int) -> Vector:
-    """Return a value vector of zeros."""
-    return (ctypes.c_double * columns)()

@@ -16,9 +16,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twip.cosim.parameters import parse_value
-from twip.cosim.problems import Place, Problems
-from twip.cosim.system import System
+from .parameters import parse_value
+from .problems import Place, Problems
+from .system import System
 
 _EARLY = 1e-9
 """A row counts as reached within this share of a step before its time, since `start + k * step` is rounded."""

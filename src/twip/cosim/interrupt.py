@@ -1,25 +1,26 @@
-"""Ctrl-C as a flag: an exception raised inside an FMU's Python code would reach the master as a fatal failure of the
-FMU.
-"""
+"""Ctrl-C as a flag: an exception raised inside an FMU's Python code would reach the master as a failure of the FMU."""
 
 import signal
 import threading
 from types import FrameType
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 class InterruptFlag:
     """While entered in the main thread, the first SIGINT only sets the flag; a second one does what it did before."""
 
     def __init__(self) -> None:
-        self.is_set = False
+        self.array: NDArray[np.bool_] = np.zeros(1, np.bool_)
+        """The flag (1,), for loops that do not come back to Python often."""
         self._previous: signal.Handlers | object = None
 
-    def __call__(self) -> bool:
-        """Tell whether SIGINT has come."""
-        return self.is_set
+    def __bool__(self) -> bool:
+        return bool(self.array[0])
 
     def _handle(self, _number: int, _frame: FrameType | None) -> None:
-        self.is_set = True
+        self.array[0] = True
         self._restore()
 
     def _restore(self) -> None:

@@ -6,17 +6,17 @@ import urllib.parse
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from twip.cosim.archive import Workspace, unpack
-from twip.cosim.document import read_file
-from twip.cosim.fmu import RECORDED_TYPES, Fmu, file_fingerprint, read_fmu
-from twip.cosim.parameters import Assignments, StartValue, Value
-from twip.cosim.problems import Place, Problems
-from twip.cosim.record import Channel, Signal, columns
-from twip.cosim.ssd import Binding, ComponentElement, Description, SystemElement, read_description
-from twip.cosim.ssv import read_parameter_file, read_parameter_set
-from twip.cosim.system import Component, Copy, OpenConnector, System
-from twip.cosim.wiring import Key, Port, Wiring, components_of, full_name, report_shared_names, systems_of, wire
-from twip.errors import TwipError
+from ..errors import TwipError
+from .archive import Workspace, unpack
+from .document import read_file
+from .fmu import RECORDED_TYPES, Fmu, file_fingerprint, read_fmu
+from .parameters import Assignments, StartValue, Value
+from .problems import Place, Problems
+from .record import Channel, Signal, columns
+from .ssd import Binding, ComponentElement, Description, SystemElement, read_description
+from .ssv import read_parameter_file, read_parameter_set
+from .system import Component, Copy, OpenConnector, System, mid_step_problem
+from .wiring import Key, Port, Wiring, components_of, full_name, report_shared_names, systems_of, wire
 
 DEFAULT_SSD = "SystemStructure.ssd"
 PathLike = str | os.PathLike[str]
@@ -251,10 +251,19 @@ class _Builder:
             for key, port in self.wiring.ports.items()
             if self._is_open(key, port) and key in index
         ]
+        mid_step = self._mid_step(components, copies, names)
         return None if self.problems else System(
             self.description.name, file, tuple(components), tuple(channels), tuple(copies), tuple(opened),
-            self.description.experiment, tuple(self.warnings), self.sources, workspace,
+            self.description.experiment, mid_step, tuple(self.warnings), self.sources, workspace,
         )  # fmt: skip
+
+    def _mid_step(self, components: list[Component], copies: list[Copy], names: list[str]) -> tuple[str, ...]:
+        """Return the inputs that the file wants taken at the middle of a step, checked."""
+        for name, place in self.description.experiment.mid_step:
+            problem = mid_step_problem(name, components, copies, names)
+            if problem:
+                self.problems.add(problem, place)
+        return tuple(name for name, _ in self.description.experiment.mid_step)
 
     def _used_by(self, key: Key) -> tuple[str, ...]:
         """Return the components that take the value of a component input or of an inner system's input."""

@@ -18,9 +18,11 @@ from mcap import records
 from numpy.typing import NDArray
 
 from twip.cosim import log_event
-from twip.cosim.log_file import Attachment, Compression, McapFile, MessageBatch, encoded
-from twip.cosim.log_rows import RowBlock
-from twip.cosim.log_schema import (
+
+from ..errors import TwipError
+from .log_file import Attachment, Compression, McapFile, MessageBatch, encoded
+from .log_rows import RowBlock
+from .log_schema import (
     EVENT_TOPIC,
     FORMAT,
     channel_metadata,
@@ -30,8 +32,7 @@ from twip.cosim.log_schema import (
     topics,
     unique_identifiers,
 )
-from twip.cosim.record import Channel, columns
-from twip.errors import TwipError
+from .record import Channel, columns
 
 __all__ = ["Attachment", "McapLog"]
 

@@ -23,8 +23,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
-from twip.cosim.log_event import clean
-from twip.errors import TwipError
+from ..errors import TwipError
+from .log_event import clean
 
 Compression = Literal["zstd", "lz4", "none"]
 LIBRARY = "twip"

@@ -13,7 +13,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from twip.cosim.log_schema import WIRES, Layout
+from .log_schema import WIRES, Layout
 
 MESSAGE_HEAD = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("times", "<u8", 2)]

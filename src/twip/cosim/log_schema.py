@@ -20,7 +20,7 @@ import numpy as np
 from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 from numpy.typing import NDArray
 
-from twip.cosim.record import Channel, Signal
+from .record import Channel, Signal
 
 FORMAT = "1"
 EVENT_TOPIC = "/log"

@@ -1,47 +1,29 @@
 """The plain loop: executes a schedule step by step over fmpy's functions. It is the oracle for any faster loop."""
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from twip.cosim.component import Instance
-from twip.cosim.ports import Ports, Vector
-from twip.cosim.schedule import Schedule
-from twip.errors import TwipError
+from ..errors import TwipError
+from .execution import Execution
 
 
 class PythonLoop:
-    """Runs the steps of a schedule; the value vector holds the row of the last finished step."""
+    """Runs the steps of a schedule in plain Python."""
 
-    def __init__(
-        self,
-        schedule: Schedule,
-        instances: list[Instance],
-        ports: list[Ports],
-        values: Vector,
-        driven: NDArray[np.int32],
-    ):
-        copies = list(
-            zip(
-                schedule.destination.tolist(),
-                schedule.source.tolist(),
-                schedule.factor.tolist(),
-                schedule.offset.tolist(),
-                strict=True,
-            )
-        )
+    def __init__(self, execution: Execution):
+        plan, ports = execution.schedule, execution.ports
+        arrays = (plan.destination, plan.source, plan.factor, plan.offset, plan.lead)
+        copies = list(enumerate(zip(*(a.tolist() for a in arrays), strict=True)))
         self._stages = [
             (
-                copies[schedule.stage_copies[s] : schedule.stage_copies[s + 1]],
-                [ports[i] for i in schedule.order[schedule.stage_order[s] : schedule.stage_order[s + 1]]],
+                copies[plan.stage_copies[s] : plan.stage_copies[s + 1]],
+                [ports[i] for i in plan.order[plan.stage_order[s] : plan.stage_order[s + 1]]],
             )
-            for s in range(len(schedule.stage_order) - 1)
+            for s in range(len(plan.stage_order) - 1)
         ]
-        self._instances = instances
-        self._values = values
-        self._row = np.ctypeslib.as_array(values)
-        self._driven = driven.tolist()
+        self._execution = execution
+        self._row = execution.row
+        self._driven = execution.driven.tolist()
 
     def run(
         self,
@@ -49,29 +31,33 @@ class PythonLoop:
         step_size: float,
         inputs: NDArray[np.float64],
         rows: NDArray[np.float64],
-        stop: Callable[[], bool],
+        stop: NDArray[np.bool_],
     ) -> tuple[int, TwipError | None]:
         """Do one step from each of `times` (n + 1,) but the last, filling `rows` (n, columns).
 
         `inputs` (n, driven) are the driven values at the beginning of each step. Returns the number of finished steps,
-        fewer than n if `stop` became true or a component failed, and the failure.
+        fewer than n if `stop` (1,) became true or a component failed, and the failure.
         """
-        values = self._values
+        values, previous, clock = self._execution.values, self._execution.previous, self._execution.clock
         for k in range(len(rows)):
-            if stop():
+            if stop[0]:
                 return k, None
             time, reached = float(times[k]), float(times[k + 1])
             for column, value in zip(self._driven, inputs[k].tolist(), strict=True):
                 values[column] = value
             try:
                 for copies, ports in self._stages:
-                    for destination, source, factor, offset in copies:
-                        values[destination] = factor * values[source] + offset
+                    for index, (destination, source, factor, offset, lead) in copies:
+                        value = factor * values[source] + offset
+                        if lead != 0.0:
+                            before, previous[index] = float(previous[index]), value
+                            value = value + lead * (value - before)
+                        values[destination] = value
                     for port in ports:
-                        port.instance.time = time
+                        clock[0] = time
                         port.set_inputs()
                         port.step(time, step_size)
-                        port.instance.time = reached
+                        clock[0] = reached
                         port.get_outputs()
             except TwipError as failure:
                 return k, failure

@@ -9,11 +9,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from twip.cosim.fmu import Fmu, Variable
-from twip.cosim.problems import Place, Problems
-from twip.cosim.ssv import ParameterSet
-from twip.cosim.units import IDENTITY, Unit, UnitMismatchError, conversion, lookup
-from twip.cosim.wiring import Key, Port, Wiring, convert_along, full_name
+from .fmu import Fmu, Variable
+from .problems import Place, Problems
+from .ssv import ParameterSet
+from .units import IDENTITY, Unit, UnitMismatchError, conversion, lookup
+from .wiring import Key, Port, Wiring, convert_along, full_name
 
 Value = float | int | bool | str
 

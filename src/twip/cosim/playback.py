@@ -17,11 +17,12 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from numpy.typing import NDArray
 
 from twip.cosim import log_event
-from twip.cosim.log_file import Attachment
-from twip.cosim.log_scan import BODY_HEAD, DamagedError, Scan, scan
-from twip.cosim.log_schema import FORMAT, WIRES, Layout, read_schema
-from twip.cosim.record import Channel, columns
-from twip.errors import TwipError
+
+from ..errors import TwipError
+from .log_file import Attachment
+from .log_scan import BODY_HEAD, DamagedError, Scan, scan
+from .log_schema import FORMAT, WIRES, Layout, read_schema
+from .record import Channel, columns
 
 DECODING_ERRORS = (
     DamagedError,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from twip.errors import TwipError
+from ..errors import TwipError
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from twip.cosim.messages import Message
-from twip.cosim.record import Channel, columns
-from twip.errors import TwipError
+from ..errors import TwipError
+from .messages import Message
+from .record import Channel, columns
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 alike.
 
 All values of the system live in one float64 vector, the recorded row. A step runs stages in order. A stage first does
-its copies (`values[destination] = factor * values[source] + offset`), then steps its components: set inputs, doStep,
-get outputs. Jacobi has one stage for all components; Gauss–Seidel has one per component, in feed-through order, so that
-a copy brings the value of the same step if the source has run, else of the one before. A last stage without components
-updates the connectors of the systems.
+its copies (`values[destination] = factor * values[source] + offset`, some of them looking ahead), then steps its
+components: set inputs, doStep, get outputs. Jacobi has one stage for all components; Gauss–Seidel has one per
+component, in feed-through order, so that a copy brings the value of the same step if the source has run, else of the
+one before. A last stage without components updates the connectors of the systems.
 """
 
 from collections.abc import Iterable
@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twip.cosim.feedthrough import evaluation_order
-from twip.cosim.fmu import RECORDED_TYPES, Variable
-from twip.cosim.ssd import COUPLINGS
-from twip.cosim.system import Copy, System
-from twip.errors import TwipError
+from ..errors import TwipError
+from .feedthrough import evaluation_order
+from .fmu import RECORDED_TYPES, Variable
+from .ssd import COUPLINGS
+from .system import Copy, System
 
 
 @dataclass(frozen=True)
@@ -62,14 +62,18 @@ class Schedule:
     factor: NDArray[np.float64]
     offset: NDArray[np.float64]
     """An offset of -0.0 keeps the sign of zero."""
+    lead: NDArray[np.float64]
+    """Share of a step by which a copy looks ahead, linearly from its last two values (copies); 0 for a plain copy."""
     loops: tuple[tuple[tuple[str, str], ...], ...]
     """Algebraic loops: the outputs (component, variable) that depend on each other."""
 
 
-def make_schedule(system: System, coupling: str, driven: Iterable[int] = ()) -> Schedule:
+def make_schedule(system: System, coupling: str, driven: Iterable[int] = (), mid_step: Iterable[str] = ()) -> Schedule:
     """Plan a step of `system`; `driven` are the columns that the caller's inputs write.
 
-    An open connector that is not driven does not copy, so that the inputs behind it keep their start values.
+    `mid_step` names the inputs that are taken at the middle of a step: half a step ahead of a source that has not run
+    yet in this step, half a step behind one that has. An open connector that is not driven does not copy, so that the
+    inputs behind it keep their start values.
     Raises `TwipError` for an unknown `coupling`.
     """
     if coupling not in COUPLINGS:
@@ -107,8 +111,26 @@ def make_schedule(system: System, coupling: str, driven: Iterable[int] = ()) -> 
         np.array([c.source for c in flat], np.int32),
         np.array([c.conversion.factor for c in flat], np.float64),
         np.array([c.conversion.offset for c in flat], np.float64),
+        np.array(_leads(system, planned, stage_of, owner, set(mid_step)), np.float64),
         order.loops,
     )
+
+
+def _leads(
+    system: System,
+    planned: list[list[Copy]],
+    stage_of: dict[str, int],
+    owner: dict[int, tuple[str, str]],
+    mid_step: set[str],
+) -> list[float]:
+    names = system.columns
+    leads = []
+    for stage, copies in enumerate(planned):
+        for copy in copies:
+            source = owner.get(copy.source)
+            has_run = source is not None and stage_of[source[0]] < stage
+            leads.append((-0.5 if has_run else 0.5) if names[copy.destination] in mid_step else 0.0)
+    return leads
 
 
 def _owners(system: System) -> dict[int, tuple[str, str]]:

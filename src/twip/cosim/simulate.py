@@ -5,26 +5,30 @@ import os
 import pathlib
 import time
 from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 
-from twip.cosim.component import Instance
-from twip.cosim.experiment import TimeGrid, choose_coupling, time_grid
-from twip.cosim.initialization import initialize, vector
-from twip.cosim.inputs import NO_INPUTS, InputSeries, read_inputs
-from twip.cosim.interrupt import InterruptFlag
-from twip.cosim.loop import PythonLoop
-from twip.cosim.messages import Message
-from twip.cosim.ports import Ports
-from twip.cosim.record import Sink
-from twip.cosim.results import Result
-from twip.cosim.schedule import Schedule, make_schedule
-from twip.cosim.system import System
-from twip.errors import TwipError
+from ..errors import TwipError
+from .component import Instance
+from .execution import Execution, vector
+from .experiment import Coupling, TimeGrid, time_grid
+from .initialization import initialize
+from .inputs import NO_INPUTS, InputSeries, read_inputs
+from .interrupt import InterruptFlag
+from .messages import Message
+from .ports import Ports
+from .record import Sink
+from .results import Result
+from .schedule import Schedule, make_schedule
+from .system import System
 
 CHUNK = 200
 """Most steps between two deliveries to the sinks."""
-LOOPS = ("python",)
+LOOPS = {"compiled": "compiled_loop.CompiledLoop", "python": "loop.PythonLoop"}
+"""How a schedule can be executed; the first is the default where numba is installed, which takes its time to load."""
 
 
 def simulate(
@@ -34,29 +38,49 @@ def simulate(
     stop_time: float | None = None,
     step_size: float | None = None,
     coupling: str | None = None,
+    mid_step: Sequence[str] | None = None,
     input_file: str | os.PathLike[str] | None = None,
-    sinks: Sequence[Sink] = (),
+    sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] = (),
     progress: Callable[[float], None] | None = None,
-    loop: str = "python",
+    loop: str | None = None,
 ) -> Result:
     """Run `system`; times and step in s, `coupling` `jacobi` or `gauss-seidel`.
 
-    What is not given comes from the system's default experiment, then from the FMUs. `input_file` is a CSV file that
-    drives open inputs. The `sinks` get row 0 (the values at the start time), then the row of each finished step, and
-    are closed in the end, however it comes. `progress` is called with the simulated time after each chunk. Ctrl-C ends
-    the run between two steps; the result says so. Raises `TwipError` for bad arguments and for the failure of a
-    component.
+    `mid_step` names inputs (`component.variable`) that are taken at the middle of each step, on the line through the
+    source's last two values. What is not given comes from the system's description, then from the FMUs; a given
+    `coupling` leaves the description's mid-step inputs aside. `input_file` is a CSV file that drives open inputs. The
+    `sinks`, or what they return when they are a function of the time grid, called after all checks, get row 0 (the
+    values at the start time), then the row of each finished step, and are closed in the end, however it comes.
+    `progress` is called with the simulated time after each chunk. `loop` is `compiled` (the default where numba is
+    installed) or `python`; the results are the same. Ctrl-C ends the run between two steps; the result says so. Raises
+    `TwipError` for bad arguments and for the failure of a component.
     """
     with contextlib.ExitStack() as closing:
-        for sink in sinks:
+        given = () if callable(sinks) else sinks
+        for sink in given:
             closing.callback(_close, sink)
-        if loop not in LOOPS:
-            raise TwipError(f"loop {loop!r} must be one of {', '.join(LOOPS)}")
+        execute = _choose_loop(loop)
         grid = time_grid(system, start_time, stop_time, step_size)
-        coupling = choose_coupling(system, coupling)
+        plan = Coupling.of(system, coupling, mid_step)
         inputs = NO_INPUTS if input_file is None else read_inputs(input_file, system)
+        if callable(sinks):
+            given = sinks(grid)
+            for sink in given:
+                closing.callback(_close, sink)
         with InterruptFlag() as interrupted:
-            return _Run(system, grid, coupling, inputs, sinks, interrupted).execute(progress)
+            return _Run(system, grid, plan, inputs, given, interrupted, execute).execute(progress)
+
+
+def _choose_loop(name: str | None) -> Any:
+    """Return the class of a loop; None stands for the best that can run here."""
+    compiles = find_spec("numba") is not None
+    name = name or ("compiled" if compiles else "python")
+    if name not in LOOPS:
+        raise TwipError(f"loop {name!r} must be one of {', '.join(LOOPS)}")
+    if name == "compiled" and not compiles:
+        raise TwipError("loop 'compiled' needs numba, which is not installed (pip install numba)")
+    module, _, loop = LOOPS[name].partition(".")
+    return getattr(import_module(f".{module}", __package__), loop)
 
 
 def _close(sink: Sink) -> None:
@@ -79,17 +103,20 @@ class _Run:
         self,
         system: System,
         grid: TimeGrid,
-        coupling: str,
+        coupling: Coupling,
         inputs: InputSeries,
         sinks: Sequence[Sink],
         interrupted: InterruptFlag,
+        loop: Any,
     ):
         self.system = system
         self.grid = grid
         self.inputs = inputs
         self.sinks = sinks
         self.interrupted = interrupted
-        self.schedule: Schedule = make_schedule(system, coupling, inputs.columns.tolist())
+        self.loop = loop
+        self.clock = np.array([grid.start])
+        self.schedule: Schedule = make_schedule(system, coupling.name, inputs.columns.tolist(), coupling.mid_step)
         self.values = vector(self.schedule.columns)
         self.messages: list[Message] = []
         self.warnings: list[str] = list(system.warnings)
@@ -126,7 +153,7 @@ class _Run:
             coupling=self.schedule.coupling,
             wall_time=stopped - started,
             setup_time=started - begin,
-            interrupted=self.interrupted.is_set and self.steps < self.grid.steps,
+            interrupted=bool(self.interrupted) and self.steps < self.grid.steps,
             values=values,
             warnings=tuple(self.warnings),
         )
@@ -139,10 +166,10 @@ class _Run:
         """Instantiate and initialize all components and deliver row 0; None when interrupted before."""
         system = self.system
         for component in system.components:
-            if self.interrupted():
+            if self.interrupted:
                 return None
             self.instances.append(
-                Instance(component, system.unpacked(component.fmu), self.messages, self.dead, self.grid.start)
+                Instance(component, system.unpacked(component.fmu), self.messages, self.dead, self.clock)
             )
         ports = [Ports(p, i, self.values) for p, i in zip(self.schedule.components, self.instances, strict=True)]
         start = self.grid.times(0, 0)
@@ -161,14 +188,14 @@ class _Run:
         return ports
 
     def _advance(self, ports: list[Ports], progress: Callable[[float], None] | None) -> None:
-        loop = PythonLoop(self.schedule, self.instances, ports, self.values, self.inputs.columns)
+        loop = self.loop(Execution(self.schedule, ports, self.values, self.inputs.columns, self.clock))
         failure: TwipError | None = None
-        while self.steps < self.grid.steps and failure is None and not self.interrupted():
+        while self.steps < self.grid.steps and failure is None and not self.interrupted:
             count = min(CHUNK, self.grid.steps - self.steps)
             times = self.grid.times(self.steps, count)
             inputs = self.inputs.at(times[:-1], self.grid.step_size)
             rows = np.empty((count, self.schedule.columns))  # anew for each chunk: a sink may keep it
-            done, failure = loop.run(times, self.grid.step_size, inputs, rows, self.interrupted)
+            done, failure = loop.run(times, self.grid.step_size, inputs, rows, self.interrupted.array)
             self.steps += done
             self._deliver(times[1 : done + 1], rows[:done])
             if progress is not None:

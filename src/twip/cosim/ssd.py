@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from twip.cosim.document import METADATA_ATTRIBUTES, Element, Reader, name_of, valid
-from twip.cosim.problems import Place, Problems
-from twip.cosim.units import IDENTITY, Affine, Unit, read_units
+from .document import METADATA_ATTRIBUTES, Element, Reader, name_of, valid
+from .problems import Place, Problems
+from .units import IDENTITY, Affine, Unit, read_units
 
 ANNOTATION = "org.twip.cosim"
 """Type of the annotation by which a file proposes a coupling and a step size."""
@@ -81,6 +81,8 @@ class Experiment:
     stop_time: float | None = None
     step_size: float | None = None
     coupling: str | None = None
+    mid_step: tuple[tuple[str, Place], ...] = ()
+    """Inputs (`component.variable`) that are to be taken at the middle of a step."""
 
 
 @dataclass(frozen=True)
@@ -247,6 +249,7 @@ def _read_bindings(reader: Reader, element: Element) -> list[Binding]:
 def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
     experiment = reader.child(root, "DefaultExperiment")
     start = stop = step = coupling = None
+    mid_step: list[tuple[str, Place]] = []
     hosts = [root, top]
     if experiment is not None:
         hosts.insert(0, experiment)
@@ -267,4 +270,7 @@ def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
             coupling = item.get("coupling", coupling)
             if coupling is not None and coupling not in COUPLINGS:
                 reader.problems.add(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}", reader.place(item))
-    return Experiment(start, stop, step, coupling)
+            for child in reader.children(item, {"MidStep"}):
+                reader.attributes(child, {"input"})
+                mid_step.append((reader.required(child, "input"), reader.place(child)))
+    return Experiment(start, stop, step, coupling, tuple(mid_step))

@@ -3,9 +3,9 @@
 import pathlib
 from dataclasses import dataclass
 
-from twip.cosim.document import METADATA_ATTRIBUTES, Element, Reader, name_of, read_file, valid
-from twip.cosim.problems import Place, Problems
-from twip.cosim.units import Unit, read_units
+from .document import METADATA_ATTRIBUTES, Element, Reader, name_of, read_file, valid
+from .problems import Place, Problems
+from .units import Unit, read_units
 
 TYPES = {
     "Real": "Real", "Float64": "Real", "Float32": "Real", "Integer": "Integer", "Int32": "Integer",

@@ -1,14 +1,16 @@
 """A checked system, ready to run: components, their values before initialization, and the copies between them."""
 
+import difflib
 import pathlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from twip.cosim.archive import Workspace, unpack
-from twip.cosim.fmu import Fmu, Variable
-from twip.cosim.parameters import StartValue
-from twip.cosim.record import Channel, columns
-from twip.cosim.ssd import Experiment
-from twip.cosim.units import Affine
+from .archive import Workspace, unpack
+from .fmu import Fmu, Variable
+from .parameters import StartValue
+from .record import Channel, columns
+from .ssd import Experiment
+from .units import Affine
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,8 @@ class System:
     """From component outputs and open connectors to component inputs and to the other connectors."""
     open_connectors: tuple[OpenConnector, ...]
     experiment: Experiment
+    mid_step: tuple[str, ...]
+    """Inputs that the file wants taken at the middle of a step."""
     warnings: tuple[str, ...]
     """What is odd, yet allowed by the standard."""
     sources: dict[str, dict[str, str]]
@@ -124,3 +128,16 @@ class System:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def mid_step_problem(name: str, components: Sequence[Component], copies: Sequence[Copy], names: Sequence[str]) -> str:
+    """Return why the input `name` (`component.variable`) cannot be taken at the middle of a step, or nothing."""
+    inputs = {f"{c.name}.{v.name}": v for c in components for v in c.inputs}
+    if name not in inputs:
+        close = difflib.get_close_matches(name, inputs, 1)
+        return f"there is no input {name}" + (f", did you mean {close[0]}?" if close else "")
+    if inputs[name].recorded_type != "Real" or inputs[name].variability != "continuous":
+        return f"input {name} is not continuous and cannot be taken at the middle of a step"
+    if names.index(name) not in {copy.destination for copy in copies}:
+        return f"input {name} is not connected and cannot be taken at the middle of a step"
+    return ""

@@ -7,7 +7,7 @@ section 2.2.2, SSP 1.0 section 4.4.2). The radian counts as a base unit of its o
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from twip.cosim.document import Element, Reader
+from .document import Element, Reader
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 

@@ -7,10 +7,10 @@ value already in target units.
 
 from dataclasses import dataclass, field
 
-from twip.cosim.fmu import RECORDED_TYPES, Fmu, Variable
-from twip.cosim.problems import Place, Problems
-from twip.cosim.ssd import ComponentElement, Connection, Connector, SystemElement
-from twip.cosim.units import IDENTITY, Affine, Unit, UnitMismatchError, conversion, lookup
+from .fmu import RECORDED_TYPES, Fmu, Variable
+from .problems import Place, Problems
+from .ssd import ComponentElement, Connection, Connector, SystemElement
+from .units import IDENTITY, Affine, Unit, UnitMismatchError, conversion, lookup
 
 Key = tuple[str, str]
 """Dotted path of a component or system (empty for the outermost system), and the name of a connector or variable."""

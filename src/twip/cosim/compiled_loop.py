@@ -1,0 +1,203 @@
+"""The compiled loop: executes a schedule by numba, calling the FMI functions by their addresses.
+
+It does what the plain loop does, in the same order and with the same arithmetic, so that both agree bit for bit. The
+interpreter's lock is held throughout: FMUs written in Python need it. All compiled code is in this one file, because
+numba's cache notices changes only in the file that holds a function.
+"""
+
+import ctypes
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from ..errors import TwipError
+from .execution import Execution
+from .ports import InputGroup, OutputGroup
+
+IntTable = NDArray[np.int64]
+
+KINDS = {"Real": 0, "Integer": 1, "Boolean": 2}
+COMPONENT, KIND, FUNCTION, FIRST, SIZE, REFERENCES = range(6)
+"""Columns of a table of groups: variables of one type of a component, and the FMI function that sets or gets them."""
+FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE = range(6)
+"""How a run of steps ended."""
+
+
+@intrinsic
+def call_access(typing, function, component, references, count, buffer):  # type: ignore[no-untyped-def] # noqa: ARG001
+    """Call an FMI getter or setter at its address; all arguments are addresses or counts (int64)."""
+
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
+        word = context.get_value_type(types.int64)
+        prototype = ir.FunctionType(context.get_value_type(types.int32), [word] * 4)
+        return builder.call(builder.inttoptr(values[0], prototype.as_pointer()), values[1:])
+
+    return types.int32(*[types.int64] * 5), generate
+
+
+@intrinsic
+def call_step(typing, function, component, time, step_size):  # type: ignore[no-untyped-def] # noqa: ARG001
+    """Call fmi2DoStep at its address, with noSetFMUStatePriorToCurrentPoint true."""
+
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
+        word, real, flag = (context.get_value_type(t) for t in (types.int64, types.float64, types.int32))
+        prototype = ir.FunctionType(flag, [word, real, real, flag])
+        return builder.call(builder.inttoptr(values[0], prototype.as_pointer()), [*values[1:], ir.Constant(flag, 1)])
+
+    return types.int32(types.int64, types.int64, types.float64, types.float64), generate
+
+
+@njit(cache=True)
+def set_changed(group, handle, values, last, references, changed, reals, integers):  # type: ignore[no-untyped-def]
+    """Set the inputs of a group that differ from what was set last; return the FMI status."""
+    count = 0
+    for i in range(group[SIZE]):
+        column = group[FIRST] + i
+        value = values[column]
+        if value != last[column]:
+            last[column] = value
+            changed[count] = references[group[REFERENCES] + i]
+            if group[KIND] == 0:
+                reals[count] = value
+            else:
+                integers[count] = np.int32(value)
+            count += 1
+    if count == 0:
+        return np.int32(0)
+    buffer = reals.ctypes.data if group[KIND] == 0 else integers.ctypes.data
+    return call_access(group[FUNCTION], handle, np.int64(changed.ctypes.data), np.int64(count), np.int64(buffer))
+
+
+@njit(cache=True)
+def get_all(group, handle, values, references, integers):  # type: ignore[no-untyped-def]
+    """Get the outputs of a group, reals straight into the vector; return the FMI status."""
+    first = group[FIRST]
+    wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
+    if group[KIND] == 0:
+        return call_access(group[FUNCTION], handle, wanted, group[SIZE], np.int64(values.ctypes.data) + 8 * first)
+    status = call_access(group[FUNCTION], handle, wanted, group[SIZE], np.int64(integers.ctypes.data))
+    for i in range(group[SIZE]):
+        values[first + i] = integers[i]
+    return status
+
+
+@njit(cache=True)
+def run_steps(  # type: ignore[no-untyped-def]
+    times, step_size, inputs, driven, rows, stop, values, last, previous, clock,
+    order, stage_order, stage_copies, destination, source, factor, offset, lead,
+    handles, steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers, failed,
+):  # fmt: skip
+    """Do one step per row; return how many were finished and how it ended; `failed`: component, group, status."""
+    for k in range(rows.shape[0]):
+        if stop[0]:
+            return k, STOPPED
+        for j in range(driven.shape[0]):
+            values[driven[j]] = inputs[k, j]
+        for stage in range(stage_order.shape[0] - 1):
+            for c in range(stage_copies[stage], stage_copies[stage + 1]):
+                value = factor[c] * values[source[c]] + offset[c]
+                if lead[c] != 0.0:
+                    before = previous[c]
+                    previous[c] = value
+                    value = value + lead[c] * (value - before)
+                values[destination[c]] = value
+            for position in range(stage_order[stage], stage_order[stage + 1]):
+                i = order[position]
+                failed[0] = i
+                clock[0] = times[k]
+                for g in range(first_setter[i], first_setter[i + 1]):
+                    status = set_changed(setters[g], handles[i], values, last, references, changed, reals, integers)
+                    if status > 1:
+                        failed[1], failed[2] = g - first_setter[i], status
+                        return k, SET
+                status = call_step(steppers[i], handles[i], times[k], step_size)
+                if status > 1:
+                    failed[2] = status
+                    return k, STEP
+                clock[0] = times[k + 1]
+                for g in range(first_getter[i], first_getter[i + 1]):
+                    status = get_all(getters[g], handles[i], values, references, integers)
+                    if status > 1:
+                        failed[1], failed[2] = g - first_getter[i], status
+                        return k, GET
+                    if getters[g, KIND] == 0:
+                        for column in range(getters[g, FIRST], getters[g, FIRST] + getters[g, SIZE]):
+                            if not np.isfinite(values[column]):
+                                failed[1] = g - first_getter[i]
+                                return k, NOT_FINITE
+        rows[k, :] = values
+    return rows.shape[0], FINISHED
+
+
+def group_table(groups: list[Sequence[InputGroup | OutputGroup]], references: list[int]) -> tuple[IntTable, IntTable]:
+    """Return the table of all groups and, by component, the row of its first one; `references` collects theirs."""
+    rows, first = [], [0]
+    for component, own in enumerate(groups):
+        for group in own:
+            size = len(group.value_references)
+            rows.append((component, KINDS[group.type], address(group.call), group.first, size, len(references)))
+            references += group.value_references
+        first.append(len(rows))
+    return np.array(rows, np.int64).reshape(-1, 6), np.array(first, np.int64)
+
+
+def address(function: object) -> int:
+    """Return the address of a C function that ctypes has loaded."""
+    return ctypes.cast(function, ctypes.c_void_p).value or 0  # type: ignore[arg-type]
+
+
+def is_cached() -> bool:
+    """Tell whether the compiled steps lie in numba's cache, so that the first run need not compile them."""
+    return any(Path(run_steps.stats.cache_path).glob(f"{Path(__file__).stem}.run_steps-*.nbi"))
+
+
+class CompiledLoop:
+    """Runs the steps of a schedule like `PythonLoop`."""
+
+    def __init__(self, execution: Execution):
+        plan, self._ports = execution.schedule, execution.ports
+        references: list[int] = []
+        setters, first_setter = group_table([port.inputs for port in self._ports], references)
+        getters, first_getter = group_table([port.outputs for port in self._ports], references)
+        widest = max([1, *setters[:, SIZE], *getters[:, SIZE]])
+        self._driven = execution.driven
+        self._failed = np.zeros(3, np.int64)
+        row = execution.row
+        self._arguments = (
+            row, row.copy(), execution.previous, execution.clock,
+            plan.order, plan.stage_order, plan.stage_copies,
+            plan.destination, plan.source, plan.factor, plan.offset, plan.lead,
+            np.array([port.instance.handle for port in self._ports], np.int64),
+            np.array([address(port.do_step) for port in self._ports], np.int64),
+            setters, first_setter, getters, first_getter, np.array(references, np.uint32),
+            np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(widest, np.int32), self._failed,
+        )  # fmt: skip
+
+    def run(
+        self,
+        times: NDArray[np.float64],
+        step_size: float,
+        inputs: NDArray[np.float64],
+        rows: NDArray[np.float64],
+        stop: NDArray[np.bool_],
+    ) -> tuple[int, TwipError | None]:
+        """Do one step from each of `times` (n + 1,) but the last; see `PythonLoop.run`."""
+        done, ending = run_steps(times, step_size, inputs, self._driven, rows, stop, *self._arguments)
+        return done, None if ending in (FINISHED, STOPPED) else self._failure(ending)
+
+    def _failure(self, ending: int) -> TwipError:
+        component, group, status = self._failed.tolist()
+        port = self._ports[component]
+        try:
+            if ending == NOT_FINITE:
+                port.refuse(port.outputs[group])
+            groups: Sequence[InputGroup | OutputGroup] = port.inputs if ending == SET else port.outputs
+            port.instance.check("fmi2DoStep" if ending == STEP else groups[group].function, status)
+        except TwipError as failure:
+            return failure
+        raise RuntimeError(f"status {status} is no failure")
