@@ -12,7 +12,8 @@ class Variable:
     """One variable of a block as FMI 2.0 knows it (FMI 2.0.4, section 2.2.7).
 
     `name` may be structured by dots; the step reads and writes it as an attribute with the dots as underscores
-    (`left.voltage` is `v.left_voltage`). `depends` names the inputs an output depends on directly, at the same instant.
+    (`left.voltage` is `v.left_voltage`). `depends` names the inputs an output depends on directly, at the same instant;
+    `initially` names further inputs that count only when the block is initialized.
     A variable of causality `state` is remembered (saved, restored, serialised) but not shown to the outside.
     """
 
@@ -28,6 +29,7 @@ class Variable:
     start: float | int | bool | None = None
     description: str = ""
     depends: tuple[str, ...] = ()
+    initially: tuple[str, ...] = ()
 
     @property
     def attribute(self) -> str:
@@ -57,9 +59,10 @@ def input(name: str, unit: str | None, description: str, start: float = 0.0, dis
 
 def output(name: str, unit: str | None, description: str, depends: tuple[str, ...] = (), display_unit: str | None = None,
            minimum: float | None = None, maximum: float | None = None, nominal: float | None = None,
-           variability: str = "continuous") -> Variable:  # fmt: skip
+           variability: str = "continuous", initially: tuple[str, ...] = ()) -> Variable:  # fmt: skip
     """Return a Real output; its value at the start is calculated by the block's `initialize`."""
-    return Variable(name, "output", variability, "Real", unit, display_unit, minimum, maximum, nominal, None, description, depends)
+    return Variable(name, "output", variability, "Real", unit, display_unit, minimum, maximum, nominal, None, description, depends,
+                    initially)  # fmt: skip
 
 
 def local(name: str, unit: str | None, description: str, display_unit: str | None = None, variability: str = "continuous") -> Variable:
@@ -74,7 +77,15 @@ def state(name: str) -> Variable:
 
 def sided(side: str, variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
     """Return the variables with the prefix `left.` or `right.`, their dependencies too."""
-    return tuple(replace(v, name=f"{side}.{v.name}", depends=tuple(f"{side}.{d}" for d in v.depends)) for v in variables)
+    return tuple(
+        replace(
+            v,
+            name=f"{side}.{v.name}",
+            depends=tuple(f"{side}.{d}" for d in v.depends),
+            initially=tuple(f"{side}.{d}" for d in v.initially),
+        )
+        for v in variables
+    )
 
 
 @dataclass(frozen=True)
@@ -103,6 +114,6 @@ class Block:
             raise ValueError(f"block {self.name}: two variables share the attribute {', '.join(twice)}")
         inputs = {v.name for v in self.variables if v.causality == "input"}
         for v in self.variables:
-            unknown = [d for d in v.depends if d not in inputs]
+            unknown = [d for d in (*v.depends, *v.initially) if d not in inputs]
             if unknown:
                 raise ValueError(f"block {self.name}: {v.name} depends on {', '.join(unknown)}, which is not an input")

@@ -1,0 +1,85 @@
+"""Builds the FMUs of all blocks and the .ssp archives of all systems."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from ..errors import TwipError
+from .blocks import PACKAGE, block_folders, source_root
+from .ssp_package import needed_fmus, package_system, system_folders
+
+LOOSE = (".ssv", ".csv", ".ssm")
+"""Endings of the parameter sets, inputs and mappings that belong to no system and lie beside them."""
+
+
+def build_all(
+    output: Path, names: Iterable[str] | None = None, progress: Callable[[Path], None] | None = None
+) -> list[Path]:
+    """Build `output/fmus/*.fmu` and `output/ssp/*.ssp` and return their paths.
+
+    `names` limits the build to some blocks (default: all) and to the systems that contain them and have all their other
+    FMUs in place. `progress` is called with each finished file. Outside the repository the loose parameter sets and
+    inputs are copied too. The problems of all blocks are raised together as one TwipError.
+    """
+    root = source_root()
+    folders = block_folders(root)
+    chosen = sorted(folders) if names is None else list(dict.fromkeys(names))
+    unknown = [n for n in chosen if n not in folders]
+    if unknown:
+        raise TwipError(f"no block {', '.join(unknown)}; there are {', '.join(folders)}")
+    fmus, report = output / "fmus", progress or (lambda _: None)
+    jobs = [(folders[n] / f"{n}.py", fmus / f"{n}.fmu") for n in chosen]
+    built = build_blocks(jobs, report)
+    for name, folder in system_folders(root).items():
+        needed = needed_fmus(folder)
+        if names is None or (needed & set(chosen) and all((fmus / f"{n}.fmu").is_file() for n in needed)):
+            built.append(output / "ssp" / f"{name}.ssp")
+            package_system(folder, fmus, built[-1])
+            report(built[-1])
+    if output.resolve() != root.resolve():
+        _copy_loose(root / "ssp", output / "ssp")
+    return built
+
+
+def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None]) -> list[Path]:
+    """Build the FMU of each (face, output) in a process of its own, as many at a time as there are processors."""
+    with ThreadPoolExecutor(max_workers=min(len(jobs), os.cpu_count() or 1) or 1) as pool:
+        problems = []
+        for (_, output), problem in zip(jobs, pool.map(_build_block, jobs), strict=True):
+            if problem:
+                problems.append(problem)
+            else:
+                report(output)
+    if problems:
+        raise TwipError("\n".join(problems))
+    return [output for _, output in jobs]
+
+
+def _build_block(job: tuple[Path, Path]) -> str:
+    """Build one FMU and return what went wrong, or nothing."""
+    face, output = job
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        return f"{output.parent}: cannot be written: {error.strerror}"
+    path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "twip.fmi.package", str(face.resolve()), str(output.resolve())]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if run.returncode == 0:
+        return ""
+    return run.stderr.strip() or f"block {face.stem}: the build ended with status {run.returncode}"
+
+
+def _copy_loose(source: Path, target: Path) -> None:
+    """Copy the files of `ssp/` that belong to no system, in their folders."""
+    systems = set(system_folders(source.parent).values())
+    for path in sorted(source.rglob("*")):
+        if path.suffix in LOOSE and not systems & set(path.parents):
+            copy = target / path.relative_to(source)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, copy)

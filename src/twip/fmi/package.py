@@ -1,0 +1,133 @@
+"""Builds the FMU of one block in this process: `python -m twip.fmi.package FACE.py OUTPUT.fmu`.
+
+A process of its own for each block, because pythonfmu imports what it packs.
+"""
+
+import importlib
+import importlib.metadata
+import logging
+import sys
+import tempfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+from pythonfmu import FmuBuilder
+
+from ..errors import TwipError
+from .archive import write_archive
+from .blocks import PACKAGE, load_block
+from .declare import Block
+from .description import Origin, model_description
+from .page import documentation_page
+from .rules import broken_declarations
+from .sources import carried_sources, fingerprint, guid, slave_sources
+
+UNNEEDED = ("resources/pythonfmu/csvbuilder.py", "resources/pythonfmu/deploy.py", "resources/pythonfmu/__main__.py")
+"""Files of pythonfmu that no FMU runs."""
+
+
+def package_block(face: Path, output: Path) -> None:
+    """Write the FMU of the block declared in `face` to `output`; a block that breaks a rule raises TwipError."""
+    block = load_block(face)
+    problems = broken_declarations(block)
+    if problems:
+        raise TwipError("\n".join(problems))
+    terms = licence()
+    origin = _origin(terms)
+    sources = carried_sources(face)
+    digest = fingerprint(sources, model_description(block, "", origin))
+    module, code = slave_sources(block, sources, digest)
+    readme = face.with_name("README.md")
+    icon = face.with_name("model.png")
+    files = _packed_by_pythonfmu(block, module, code)
+    _try(block, module)
+    files["modelDescription.xml"] = model_description(block, guid(digest), origin)
+    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
+    files["documentation/index.html"] = documentation_page(block, text, guid(digest), origin)
+    files |= {f"documentation/licenses/{name}": content for name, content in _licences(terms).items()}
+    if icon.is_file():
+        files["model.png"] = icon.read_bytes()
+    write_archive(output, files, first="modelDescription.xml")
+
+
+def _packed_by_pythonfmu(block: Block, module: str, code: dict[str, bytes]) -> dict[str, bytes]:
+    """Let pythonfmu build the FMU of the code (path → content); return what it packed, without what is not needed."""
+    with tempfile.TemporaryDirectory(prefix="twip_build_") as folder:
+        stage = Path(folder) / "stage"
+        for name, content in code.items():
+            path = stage / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        package = next(name.split("/")[0] for name in code if "/" in name)
+        fmu = FmuBuilder.build_FMU(stage / f"{module}.py", Path(folder) / f"{block.name}.fmu", [stage / package])
+        with zipfile.ZipFile(fmu or Path(folder) / f"{block.name}.fmu") as archive:
+            return {n: archive.read(n) for n in archive.namelist() if n not in UNNEEDED and not n.endswith("/")}
+
+
+def _try(block: Block, module: str) -> None:
+    """Initialize the packed block and do one step, so that a slip in it shows here and not in a simulation."""
+    package = module.replace("twip_slave_", "_twip_")
+    model = importlib.import_module(f"{package}.model")
+    slave = next(v for v in vars(model).values() if isinstance(v, type) and v.__module__ == model.__name__)
+    instance = slave(instance_name=block.name)
+    instance.setup_experiment(0.0)
+    instance.enter_initialization_mode()
+    instance.exit_initialization_mode()
+    if not instance.do_step(0.0, block.step_size):
+        messages = [m.msg.replace("%%", "%") for m in instance.log_queue]
+        raise TwipError("\n".join(f"block {block.name} with its start values: {m}" for m in messages))
+
+
+def licence() -> str:
+    """Return the text of this project's licence."""
+    for path in (PACKAGE / "LICENSE", PACKAGE.parents[1] / "LICENSE"):
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    raise TwipError(f"no LICENSE in {PACKAGE} or {PACKAGE.parents[1]}: an FMU must carry the licence of its code")
+
+
+def _licences(terms: str) -> dict[str, bytes]:
+    distribution = importlib.metadata.distribution("pythonfmu")
+    theirs = [p for p in distribution.files or [] if p.name.startswith("LICENSE")]
+    if not theirs:
+        raise TwipError("the installed pythonfmu comes without its licence text, which an FMU must carry")
+    overview = (
+        "This FMU holds\n\n"
+        "- the block's own code (resources/_twip_*): see twip.txt\n"
+        f"- pythonfmu {distribution.version} (binaries, resources/pythonfmu): see pythonfmu.txt\n"
+    )
+    return {
+        "license.txt": overview.encode(),
+        "twip.txt": terms.encode(),
+        "pythonfmu.txt": theirs[0].read_text(encoding="utf-8").encode(),
+    }
+
+
+def _origin(terms: str) -> Origin:
+    holder = next(line.strip() for line in terms.splitlines() if line.startswith("Copyright"))
+    tool = f"twip, PythonFMU {importlib.metadata.version('pythonfmu')}"
+    return Origin(holder.split(maxsplit=3)[-1], _version(), terms.split(maxsplit=1)[0], holder, tool)
+
+
+def _version() -> str:
+    """Return the version of this project: from a checkout's pyproject.toml, else of the installed package."""
+    project = PACKAGE.parents[1] / "pyproject.toml"
+    if PACKAGE.parent.name == "src" and project.is_file():
+        return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
+    return importlib.metadata.version("twip")
+
+
+def main(arguments: list[str]) -> int:
+    """Build one FMU; print what is wrong to the standard error and return 1 when it cannot be built."""
+    logging.disable()
+    try:
+        package_block(Path(arguments[0]), Path(arguments[1]))
+    except TwipError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,77 @@
+"""How the values of a block are stored and found by FMI's value references."""
+
+from collections.abc import Callable
+from operator import attrgetter
+from typing import Any
+
+from .declare import Block, Variable
+
+
+def exposed(block: Block) -> tuple[Variable, ...]:
+    """Return the variables of the model description; the value reference of a variable is its index here."""
+    return tuple(v for v in block.variables if v.causality != "state")
+
+
+def unit_of(variable: Variable) -> str | None:
+    """Return the unit of a variable, None for a pure number."""
+    return None if variable.unit == "1" else variable.unit
+
+
+def shown(variable: Variable, value: float) -> str:
+    """Return `value` with the variable's unit, as messages show it."""
+    unit = unit_of(variable)
+    return f"{value:.10g} {unit}" if unit else f"{value:.10g}"
+
+
+class Table:
+    """The attributes of a block's values, and its variables by value reference and type.
+
+    `values` is a class with one slot per variable, states included; every slot holds a float. `names[type]` maps value
+    references to attributes for `Real`, `Integer` and `Boolean`; `inputs` does the same for Real inputs alone.
+    """
+
+    def __init__(self, block: Block) -> None:
+        self.block = block
+        self.attributes = tuple(v.attribute for v in block.variables)
+        self.values: Callable[[], Any] = type("Values", (), {"__slots__": self.attributes})
+        self.variables = dict(enumerate(exposed(block)))
+        self.names = {
+            kind: {r: v.attribute for r, v in self.variables.items() if v.type == kind}
+            for kind in ("Real", "Integer", "Boolean")
+        }
+        self.inputs = {r: v.attribute for r, v in self.variables.items() if v.causality == "input" and v.type == "Real"}
+        self.parameters = tuple(v for v in block.variables if v.causality == "parameter")
+        self.calculated = tuple(v.attribute for v in block.variables if v.causality not in ("parameter", "input"))
+        self.outputs = tuple(v for v in block.variables if v.causality == "output")
+        self.all_values = _getter(self.attributes)
+        self.output_values = _getter(tuple(v.attribute for v in self.outputs))
+
+    def start_values(self) -> Any:
+        """Return new values: parameters and inputs at their start, all others zero."""
+        values = self.values()
+        for variable in self.block.variables:
+            setattr(values, variable.attribute, float(variable.start or 0.0))
+        return values
+
+    def clear(self, values: Any) -> None:
+        """Set what initialization calculates to zero, so that its result depends on parameters and inputs alone."""
+        for attribute in self.calculated:
+            setattr(values, attribute, 0.0)
+
+    def broken_rules(self, values: Any) -> list[str]:
+        """Return one sentence per rule that the parameters break: their bounds, then the rules between them."""
+        problems = []
+        for p in self.parameters:
+            value = getattr(values, p.attribute)
+            if p.minimum is not None and value < p.minimum:
+                problems.append(f"{p.name} = {shown(p, value)} must be at least {shown(p, p.minimum)}")
+            if p.maximum is not None and value > p.maximum:
+                problems.append(f"{p.name} = {shown(p, value)} must be at most {shown(p, p.maximum)}")
+        return problems or list(self.block.check(values))
+
+
+def _getter(attributes: tuple[str, ...]) -> Callable[[Any], tuple[float, ...]]:
+    """Return a function that reads the attributes of an object as a tuple."""
+    if len(attributes) > 1:
+        return attrgetter(*attributes)
+    return lambda values: tuple(getattr(values, a) for a in attributes)
