@@ -34,6 +34,8 @@ class Variable:
     nominal: float
     items: tuple[tuple[str, int], ...]
     """Names and values of an enumeration."""
+    start: str | None
+    """As the model description writes it."""
     description: str
 
     @property
@@ -164,7 +166,8 @@ def _variable(v: ModelVariable, units: dict[str, Unit]) -> Variable:
     return Variable(
         v.name, v.valueReference, v.type, v.causality, v.variability, v.initial, lookup(inherited("unit"), units),
         None if minimum is None else float(minimum), None if maximum is None else float(maximum),
-        abs(float(nominal)) if nominal is not None else 1.0, items, v.description or "",
+        abs(float(nominal)) if nominal is not None else 1.0, items,
+        None if v.start is None else str(v.start), v.description or "",
     )  # fmt: skip
 
 

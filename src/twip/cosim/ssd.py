@@ -270,7 +270,10 @@ def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
             coupling = item.get("coupling", coupling)
             if coupling is not None and coupling not in COUPLINGS:
                 reader.problems.add(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}", reader.place(item))
-            for child in reader.children(item, {"MidStep"}):
+            for child in item.iterchildren("{*}*"):
+                if child.tag.rpartition("}")[2] != "MidStep":
+                    reader.problems.add(f"{child.tag} in Algorithm is not supported", reader.place(child))
+                    continue
                 reader.attributes(child, {"input"})
                 mid_step.append((reader.required(child, "input"), reader.place(child)))
     return Experiment(start, stop, step, coupling, tuple(mid_step))

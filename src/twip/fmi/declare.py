@@ -38,34 +38,84 @@ class Variable:
 
 
 def parameter(name: str, source: str | None = None) -> Variable:
-    """Return the FMI parameter `name` with the value, unit, bounds and meaning of the robot parameter `source` (default: `name`)."""
+    """Return a parameter with value, unit, bounds and meaning of the robot parameter `source` (default: `name`)."""
     p = PARAMETERS[source or name]
-    return Variable(name, "parameter", "tunable" if p.tunable else "fixed", p.type, None if p.unit == "1" else p.unit, p.display_unit,
-                    p.minimum, p.maximum, None, p.value, f"{p.description} ({p.source})")  # fmt: skip
+    return Variable(
+        name,
+        "parameter",
+        "tunable" if p.tunable else "fixed",
+        p.type,
+        None if p.unit == "1" else p.unit,
+        p.display_unit,
+        p.minimum,
+        p.maximum,
+        start=p.value,
+        description=f"{p.description} ({p.source})",
+    )
 
 
-def start_value(name: str, unit: str, description: str, start: float = 0.0, display_unit: str | None = None,
-                minimum: float | None = None, maximum: float | None = None) -> Variable:  # fmt: skip
+def start_value(
+    name: str,
+    unit: str,
+    description: str,
+    start: float = 0.0,
+    display_unit: str | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+) -> Variable:
     """Return a fixed parameter that holds an initial state, named after its output: `pitch_start`."""
     return Variable(name, "parameter", "fixed", "Real", unit, display_unit, minimum, maximum, None, start, description)
 
 
-def input(name: str, unit: str | None, description: str, start: float = 0.0, display_unit: str | None = None,
-          minimum: float | None = None, maximum: float | None = None, nominal: float | None = None,
-          variability: str = "continuous") -> Variable:  # fmt: skip
+def input(  # noqa: A001 (FMI's word)
+    name: str,
+    unit: str | None,
+    description: str,
+    start: float = 0.0,
+    display_unit: str | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    nominal: float | None = None,
+    variability: str = "continuous",
+) -> Variable:
     """Return a Real input with its start value."""
-    return Variable(name, "input", variability, "Real", unit, display_unit, minimum, maximum, nominal, start, description)
+    return Variable(
+        name, "input", variability, "Real", unit, display_unit, minimum, maximum, nominal, start, description
+    )
 
 
-def output(name: str, unit: str | None, description: str, depends: tuple[str, ...] = (), display_unit: str | None = None,
-           minimum: float | None = None, maximum: float | None = None, nominal: float | None = None,
-           variability: str = "continuous", initially: tuple[str, ...] = ()) -> Variable:  # fmt: skip
+def output(
+    name: str,
+    unit: str | None,
+    description: str,
+    depends: tuple[str, ...] = (),
+    display_unit: str | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    nominal: float | None = None,
+    variability: str = "continuous",
+    initially: tuple[str, ...] = (),
+) -> Variable:
     """Return a Real output; its value at the start is calculated by the block's `initialize`."""
-    return Variable(name, "output", variability, "Real", unit, display_unit, minimum, maximum, nominal, None, description, depends,
-                    initially)  # fmt: skip
+    return Variable(
+        name,
+        "output",
+        variability,
+        "Real",
+        unit,
+        display_unit,
+        minimum,
+        maximum,
+        nominal,
+        description=description,
+        depends=depends,
+        initially=initially,
+    )
 
 
-def local(name: str, unit: str | None, description: str, display_unit: str | None = None, variability: str = "continuous") -> Variable:
+def local(
+    name: str, unit: str | None, description: str, display_unit: str | None = None, variability: str = "continuous"
+) -> Variable:
     """Return a Real internal variable that can be read, not connected."""
     return Variable(name, "local", variability, "Real", unit, display_unit, None, None, None, None, description)
 
@@ -92,10 +142,10 @@ def sided(side: str, variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
 class Block:
     """A block that becomes an FMU.
 
-    `initialize(v, time)` sets outputs, locals and states from parameters and inputs; it is a function of those alone and may be
-    called again. `step(v, time, step_size)` advances from `time` to `time + step_size` (s) in place. Both get one argument `v`
-    with every variable as a float attribute. `check(v)` returns the rules that the parameters break together, one
-    sentence each.
+    `initialize(v, time)` sets outputs, locals and states from parameters and inputs; it is a function of those alone
+    and may be called again. `step(v, time, step_size)` advances from `time` to `time + step_size` (s) in place. Both get
+    one argument `v` with every variable as a float attribute. `check(v)` returns the rules that the parameters break
+    together, one sentence each.
     """
 
     name: str
@@ -103,7 +153,7 @@ class Block:
     variables: tuple[Variable, ...]
     initialize: Callable[[Any, float], None]
     step: Callable[[Any, float, float], None]
-    check: Callable[[Any], list[str]] = field(default=lambda v: [])
+    check: Callable[[Any], list[str]] = field(default=lambda _: [])
     step_size: float = 1e-3
     stop_time: float = 10.0
 

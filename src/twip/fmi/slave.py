@@ -7,7 +7,7 @@ the instance is reset or a state from before the mistake is restored.
 
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Any, ClassVar
 
@@ -18,6 +18,7 @@ from .exit_guard import guard_exit
 from .messages import DISCARD, LOG_CATEGORIES, WARNING, Messages
 from .saved_state import state_from_bytes, state_to_bytes, why_not_restorable
 from .table import Table, shown
+from .values import new_values
 
 INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = range(4)
 """Modes of an instance (FMI 2.0.4, section 4.2.4)."""
@@ -37,7 +38,10 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.modelName = self.block.name
-        self._values = self._table.start_values()
+        self._block = new_values(self._table)
+        self._values = self._block.v
+        self._advance = self._block.advance
+        self._put = self._block.put
         self._mode = INSTANTIATED
         self._start_time = 0.0
         self._messages = Messages(self.log_queue)
@@ -46,10 +50,9 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._attention = True  # the next step has something to check first
         self._unchecked = True  # parameters have changed since they were checked
         self._warned = False
-        self._free_inputs: dict[int, str] = {}  # what may be set without further thought
-        self._real = self._table.names["Real"]
-        self._outputs = self._table.output_values
-        self._step = self.block.step
+        self._free_inputs: dict[int, Any] = {}  # what may be set without further thought
+        self._asked: list[int] = []  # value references of the last get, and how to read them at once
+        self._read: Callable[[], list[float]] = list
         if self.resources:
             guard_exit(self.resources, self.block.name)
             while sys.path.count(self.resources) > 1:  # pythonfmu adds it again for every instance
@@ -69,7 +72,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def exit_initialization_mode(self) -> None:
         """Check the parameters and compute the values at the start time."""
         self._mode = STEPPING
-        self._free_inputs = self._table.inputs
+        self._free_inputs = self._block.inputs
         self._refresh()
         if self._check_parameters() and self._failure:
             self._fail(f"initialization failed\n{self._failure}")
@@ -87,10 +90,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         try:
             if (self._attention or not 0.0 < step_size < inf) and not self._ready(current_time, step_size):
                 return False
-            values = self._values
-            self._step(values, current_time, step_size)
-            total = sum(self._outputs(values))
-            if total - total != 0.0:  # infinite or not a number; finite outputs may add up to infinity
+            if not self._advance(current_time, step_size):
                 return self._check_outputs(f"after the step from {current_time:.10g} s by {step_size:.10g} s")
         except BaseException:
             self._fail(f"the step from {current_time!r} s by {step_size!r} s failed\n{traceback.format_exc()}")
@@ -104,8 +104,11 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         try:
             if self._stale:
                 self._refresh()
-            values, names = self._values, self._real
-            return [getattr(values, names[vr]) for vr in vrs]
+            if vrs != self._asked:
+                if not vrs or not all(vr in self._table.names["Real"] for vr in vrs):
+                    return self._get(vrs, "Real")
+                self._asked, self._read = list(vrs), self._block.reader(vrs)
+            return self._read()
         except BaseException:
             return [float(x) for x in self._get(vrs, "Real")]
 
@@ -125,11 +128,11 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def set_real(self, vrs: Sequence[int], values: Sequence[float]) -> None:
         """Set Real inputs and parameters by value reference."""
         try:
-            own, inputs = self._values, self._free_inputs
+            put, inputs = self._put, self._free_inputs
             for vr, value in zip(vrs, values, strict=False):
-                name = inputs.get(vr)
-                if name is not None and value - value == 0.0:
-                    setattr(own, name, value)
+                key = inputs.get(vr)
+                if key is not None and value - value == 0.0:
+                    put(key, value)
                 else:
                     self._set(vr, value, "Real")
         except BaseException:
@@ -192,7 +195,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._table.clear(self._values)
         try:
             if not self._table.broken_rules(self._values):
-                self.block.initialize(self._values, self._start_time)
+                self._block.initialize(self._start_time)
         except BaseException:
             self._failure = traceback.format_exc()
 
@@ -223,7 +226,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         return not problems
 
     def _check_outputs(self, when: str) -> bool:
-        pairs = zip(self._table.outputs, self._outputs(self._values), strict=True)
+        pairs = [(variable, getattr(self._values, variable.attribute)) for variable in self._table.outputs]
         wrong = [(variable, value) for variable, value in pairs if not isfinite(value)]
         for variable, value in wrong:
             self._fail(f"{variable.name} = {shown(variable, value)} {when} must be finite")
@@ -271,7 +274,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             self._stale, self._unchecked, self._warned = state["flags"]
             self._failure = state["failure"]
             self._messages.errors[:] = state["errors"]
-            self._free_inputs = self._table.inputs if self._mode == STEPPING else {}
+            self._free_inputs = self._block.inputs if self._mode == STEPPING else {}
             self._attention = True
         except BaseException:
             self._fail(f"restoring a state failed\n{traceback.format_exc()}")

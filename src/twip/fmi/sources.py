@@ -12,7 +12,7 @@ from .declare import Block
 ROOTS = ("fmi/slave.py",)
 """Modules of `twip` that every FMU carries, with all that they import."""
 
-FOREIGN = {"fmi/slave.py": {"pythonfmu"}, "robot/kernel.py": {"numba"}}
+FOREIGN = {"fmi/slave.py": {"pythonfmu"}, "robot/kernel.py": {"numba", "numpy"}}
 """What carried modules may import besides the standard library and each other."""
 
 FACE_MAY_IMPORT = ("twip.robot", "twip.fmi.declare")

@@ -26,29 +26,29 @@ def shown(variable: Variable, value: float) -> str:
 class Table:
     """The attributes of a block's values, and its variables by value reference and type.
 
-    `values` is a class with one slot per variable, states included; every slot holds a float. `names[type]` maps value
-    references to attributes for `Real`, `Integer` and `Boolean`; `inputs` does the same for Real inputs alone.
+    `attributes` has the exposed variables first, in the order of their value references, outputs side by side, then the
+    states. `names[type]` maps value references to attributes for `Real`, `Integer` and `Boolean`; `inputs` holds the
+    value references of the Real inputs.
     """
 
     def __init__(self, block: Block) -> None:
         self.block = block
-        self.attributes = tuple(v.attribute for v in block.variables)
-        self.values: Callable[[], Any] = type("Values", (), {"__slots__": self.attributes})
         self.variables = dict(enumerate(exposed(block)))
+        states = (v for v in block.variables if v.causality == "state")
+        self.attributes = tuple(v.attribute for v in (*self.variables.values(), *states))
+        self.slots: Callable[[], Any] = type("Values", (), {"__slots__": self.attributes})
         self.names = {
             kind: {r: v.attribute for r, v in self.variables.items() if v.type == kind}
             for kind in ("Real", "Integer", "Boolean")
         }
-        self.inputs = {r: v.attribute for r, v in self.variables.items() if v.causality == "input" and v.type == "Real"}
+        self.inputs = tuple(r for r, v in self.variables.items() if v.causality == "input" and v.type == "Real")
         self.parameters = tuple(v for v in block.variables if v.causality == "parameter")
         self.calculated = tuple(v.attribute for v in block.variables if v.causality not in ("parameter", "input"))
         self.outputs = tuple(v for v in block.variables if v.causality == "output")
-        self.all_values = _getter(self.attributes)
-        self.output_values = _getter(tuple(v.attribute for v in self.outputs))
+        self.all_values = getter(self.attributes)
 
-    def start_values(self) -> Any:
-        """Return new values: parameters and inputs at their start, all others zero."""
-        values = self.values()
+    def start_values(self, values: Any) -> Any:
+        """Set parameters and inputs to their start, all others to zero, and return `values`."""
         for variable in self.block.variables:
             setattr(values, variable.attribute, float(variable.start or 0.0))
         return values
@@ -70,7 +70,7 @@ class Table:
         return problems or list(self.block.check(values))
 
 
-def _getter(attributes: tuple[str, ...]) -> Callable[[Any], tuple[float, ...]]:
+def getter(attributes: tuple[str, ...]) -> Callable[[Any], tuple[float, ...]]:
     """Return a function that reads the attributes of an object as a tuple."""
     if len(attributes) > 1:
         return attrgetter(*attributes)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cosim.experiment import time_grid
+from ..cosim.experiment import TimeGrid
 from ..cosim.load import load
 from ..cosim.log import Attachment, McapLog
 from ..cosim.playback import Playback, read
@@ -43,12 +43,13 @@ class Verdict:
         """The verdict in words."""
         if self.fallen_at is not None:
             return f"fell at {self.fallen_at:.3f} s"
-        limit = f"|pitch| {'<' if self.settled else '>'} {degrees(PITCH_LIMIT):.0f}° from {SETTLED_AFTER:g} s after release on"
-        return f"{'balanced' if self.settled else 'stands, not settled'}: {limit}, at most {degrees(self.peak_pitch_settled):.2f}°"
+        verdict, relation = ("balanced", "<") if self.settled else ("stands, not settled", ">")
+        limit = f"|pitch| {relation} {degrees(PITCH_LIMIT):.0f}° from {SETTLED_AFTER:g} s after release on"
+        return f"{verdict}: {limit}, at most {degrees(self.peak_pitch_settled):.2f}°"
 
 
 def judge(log: Playback) -> Verdict:
-    """Judge a stand-up by its log: steady state is the part from `SETTLED_AFTER` on, its error the mean pitch's magnitude."""
+    """Judge a stand-up: steady state begins `SETTLED_AFTER`, its error is the magnitude of the mean pitch."""
     times, pitch = log.times, log["plant.pitch"]
     moving = np.flatnonzero(log["plant.pitch_rate"] != 0.0)
     release = float(times[moving[0] - 1]) if moving.size and moving[0] else float(times[0])
@@ -80,18 +81,20 @@ class Demo:
     picture: Path
 
 
-def demo(out: Path, progress: Callable[[float], None]) -> Demo:
+def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], None]) -> Demo:
     """Build everything below `out`, run `ssp/twip.ssp`, write `logs/demo.mcap` and `logs/demo.png`, and report.
 
-    `progress` is called with the finished share, 0 to 1.
+    `progress` is called with the simulated time in s, `notice` with what takes a while.
     """
     build_all(out)
     ssp, path, picture = out / "ssp" / "twip.ssp", out / "logs" / "demo.mcap", out / "logs" / "demo.png"
-    system = load(ssp)
-    metadata = {**system.provenance(), "run": {"command": "twip demo", "twip": version("twip")}}
-    stop_time = time_grid(system, None, None, None).stop
-    sink = McapLog(path, system.channels, metadata, [Attachment.file(ssp)])
-    result = simulate(system, sinks=[sink], progress=lambda time: progress(time / stop_time))
+    with load(ssp) as system:
+        metadata = {**system.provenance(), "run": {"command": "twip demo", "twip": version("twip")}}
+
+        def sinks(grid: TimeGrid) -> list[McapLog]:
+            return [McapLog(path, system.channels, metadata, [Attachment.file(ssp)], start_time=grid.start)]
+
+        result = simulate(system, sinks=sinks, progress=progress, notice=notice)
     log = read(path)
     verdict = judge(log)
     stand_up_picture(log, verdict.release, picture)

@@ -24,7 +24,9 @@ def _robot(axes: Axes, centre: float, pitch: float) -> None:
     corners = np.array([(-0.5, 0.1), (0.5, 0.1), (0.5, 1.0), (-0.5, 1.0)]) * (BODY_WIDTH, BODY_HEIGHT)
     turned = corners @ np.array([(cosine, -sine), (sine, cosine)]) + (centre, WHEEL_RADIUS)
     axes.add_patch(Polygon(turned, closed=True, facecolor="#dfe9f3", edgecolor=BLUE, linewidth=1.2, zorder=2))
-    axes.add_patch(Circle((centre, WHEEL_RADIUS), WHEEL_RADIUS, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3))
+    axes.add_patch(
+        Circle((centre, WHEEL_RADIUS), WHEEL_RADIUS, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3)
+    )
     axes.add_patch(Circle((centre, WHEEL_RADIUS), 0.006, facecolor=INK, zorder=4))
 
 
@@ -42,14 +44,20 @@ def _snapshots(axes: Axes, log: Playback, release: float) -> None:
 
 
 def stand_up_picture(log: Playback, release: float, path: Path) -> None:
-    """Draw the stand-up in `log`, released at `release` s, into a PNG at `path`; an unwritable path raises TwipError."""
+    """Draw the stand-up in `log`, released at `release` s, as a PNG at `path`.
+
+    Raises TwipError when it cannot be written.
+    """
     with mpl.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY}):
         figure = Figure(figsize=(9, 8), layout="constrained")
         robots, pitch, voltage, position = figure.subplots(4, 1, height_ratios=[1.4, 2.2, 1.4, 1.2])
-        robots.set_title("Standing up from " + f"{np.degrees(log['plant.pitch'][0]):.0f}°, time after release", loc="left", fontsize=11)
+        pitch.sharex(position)
+        voltage.sharex(position)
+        start = np.degrees(log["plant.pitch"][0])
+        robots.set_title(f"Standing up from {start:.0f}°, time after release", loc="left", fontsize=11)
         _snapshots(robots, log, release)
-        pitch.plot(log.times, np.degrees(log["estimator.pitch"]), color=RED, linewidth=1.2, label="Kalman estimate")
-        pitch.plot(log.times, np.degrees(log["plant.pitch"]), color=BLUE, linewidth=1.6, label="pitch")
+        pitch.plot(log.times, np.degrees(log["plant.pitch"]), color=BLUE, linewidth=1.8, label="pitch")
+        pitch.plot(log.times, np.degrees(log["estimator.pitch"]), color=RED, linewidth=0.9, label="Kalman estimate")
         pitch.axhspan(-1, 1, color=BLUE, alpha=0.08, linewidth=0)
         pitch.set_ylabel("pitch [°]")
         voltage.plot(log.times, log["controller.left.voltage"], color=BLUE, linewidth=0.9, label="left")
@@ -63,7 +71,8 @@ def stand_up_picture(log: Playback, release: float, path: Path) -> None:
             axes.axhline(0.0, color=GREY, linewidth=0.5)
             axes.set_xlim(log.times[0], log.times[-1])
             axes.legend(loc="upper right", frameon=False, ncols=2)
-        pitch.annotate("released", (release, pitch.get_ylim()[1]), xytext=(4, -10), textcoords="offset points", color=GREY)
+        top = (release, pitch.get_ylim()[1])
+        pitch.annotate("released", top, xytext=(4, -10), textcoords="offset points", color=GREY)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(path, dpi=130)

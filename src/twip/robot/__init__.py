@@ -1,1 +1,1 @@
-"""The robot's physics: scalar functions and small states, standard library only, so that an FMU can carry them anywhere."""
+"""The robot's physics: scalar functions, standard library only, so that an FMU can carry them anywhere."""

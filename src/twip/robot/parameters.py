@@ -39,18 +39,66 @@ def _friction(side: str, tables: str, values: tuple[float, float, float, float])
     coulomb_forward, coulomb_reverse, viscous_forward, viscous_reverse = values
     viscous = "N.m.s/rad"
     return (
-        Parameter(f"{side}.coulomb_forward", coulomb_forward, "N.m", "Coulomb friction torque at positive shaft speed",
-                  f"paper, {tables}, magnitude", 0.0, 0.1, identified=True),
-        Parameter(f"{side}.coulomb_reverse", coulomb_reverse, "N.m", "Coulomb friction torque at negative shaft speed",
-                  f"paper, {tables}, magnitude", 0.0, 0.1, identified=True),
-        Parameter(f"{side}.static_forward", coulomb_forward, "N.m", "static friction torque towards positive shaft speed",
-                  "equal to Coulomb: no Stribeck effect unless a parameter set gives one", 0.0, 0.1, identified=True),
-        Parameter(f"{side}.static_reverse", coulomb_reverse, "N.m", "static friction torque towards negative shaft speed",
-                  "equal to Coulomb: no Stribeck effect unless a parameter set gives one", 0.0, 0.1, identified=True),
-        Parameter(f"{side}.viscous_forward", viscous_forward, viscous, "viscous friction coefficient at positive shaft speed",
-                  f"paper, {tables}", 0.0, 1e-3, identified=True),
-        Parameter(f"{side}.viscous_reverse", viscous_reverse, viscous, "viscous friction coefficient at negative shaft speed",
-                  f"paper, {tables}", 0.0, 1e-3, identified=True),
+        Parameter(
+            f"{side}.coulomb_forward",
+            coulomb_forward,
+            "N.m",
+            "Coulomb friction torque at positive shaft speed",
+            f"paper, {tables}, magnitude",
+            0.0,
+            0.1,
+            identified=True,
+        ),
+        Parameter(
+            f"{side}.coulomb_reverse",
+            coulomb_reverse,
+            "N.m",
+            "Coulomb friction torque at negative shaft speed",
+            f"paper, {tables}, magnitude",
+            0.0,
+            0.1,
+            identified=True,
+        ),
+        Parameter(
+            f"{side}.static_forward",
+            coulomb_forward,
+            "N.m",
+            "static friction torque towards positive shaft speed",
+            "equal to Coulomb: no Stribeck effect unless a parameter set gives one",
+            0.0,
+            0.1,
+            identified=True,
+        ),
+        Parameter(
+            f"{side}.static_reverse",
+            coulomb_reverse,
+            "N.m",
+            "static friction torque towards negative shaft speed",
+            "equal to Coulomb: no Stribeck effect unless a parameter set gives one",
+            0.0,
+            0.1,
+            identified=True,
+        ),
+        Parameter(
+            f"{side}.viscous_forward",
+            viscous_forward,
+            viscous,
+            "viscous friction coefficient at positive shaft speed",
+            f"paper, {tables}",
+            0.0,
+            1e-3,
+            identified=True,
+        ),
+        Parameter(
+            f"{side}.viscous_reverse",
+            viscous_reverse,
+            viscous,
+            "viscous friction coefficient at negative shaft speed",
+            f"paper, {tables}",
+            0.0,
+            1e-3,
+            identified=True,
+        ),
     )
 
 
@@ -64,6 +112,9 @@ MOTOR = (
     Parameter("torque_constant", 0.0134, "N.m/A", "torque constant", "datasheet, 12 V coreless gear motor (Faulhaber 2342 class)", 1e-6, 10.0),
     Parameter("back_emf_constant", 0.0134, "V.s/rad", "back-EMF constant", "datasheet, equal to the torque constant", 1e-6, 10.0),
     Parameter("encoder_resolution", 2048.0, "1", "encoder counts per motor revolution", "assumed", 1.0, 1e7),
+    Parameter("bench_inertia", 1.5450e-6, "kg.m2", "inertia on the motor shaft of the test bench, rotor and gear included",
+              "paper, eq (12), identified", 1e-9, 1.0, identified=True),
+    Parameter("current_drive", False, "1", "the test bench keeps the motor's current, not its voltage", "nominal"),
 )  # fmt: skip
 
 BODY = (
@@ -89,6 +140,8 @@ BODY = (
     Parameter("bump_length", 0.10, "m", "length of one bump along the way", "assumed", 1e-3, 100.0),
     Parameter("bump_spacing", 0.50, "m", "distance between the beginnings of two bumps, at least the length", "assumed", 1e-3, 1e6),
     Parameter("bump_start", 0.20, "m", "travelled distance at which the first bump begins", "assumed", -1e6, 1e6),
+    Parameter("inner_step", 2.5e-4, "s", "largest step of the plant's own integration", "measured, see the plant's README", 1e-7, 1.0),
+    Parameter("hold_time", 0.0, "s", "time after the start for which the robot is held as it stands", "nominal", 0.0, 1e6),
 )  # fmt: skip
 
 IMU = (
@@ -122,6 +175,8 @@ ESTIMATOR = (
     Parameter("kalman_measurement_noise", radians(0.6), "rad", "standard deviation of the accelerometer's pitch at rest", "prototype", 1e-6, 10.0, "deg", tunable=True),
     Parameter("kalman_force_scale", 0.05, "1", "deviation of the specific force from g, in g, that doubles the measurement variance", "prototype", 1e-6, 1e6, tunable=True),
     Parameter("kalman_acceleration_scale", 0.5, "m/s2", "axle acceleration that doubles the measurement variance", "prototype", 1e-6, 1e6, tunable=True),
+    Parameter("kalman_bias_start", radians(1.0), "rad/s", "standard deviation of the gyro bias at the start", "assumed, twice the residual bias", 1e-9, 10.0, "deg/s"),
+    Parameter("acceleration_filter_time", 0.1, "s", "time constant of the low-pass on the axle acceleration that inflates the measurement variance; short ones tie weight to error", "prototype", 0.0, 10.0),
     Parameter("low_pass_bandwidth", 5.0, "Hz", "bandwidth of the second-order low-pass of Fig 12", "paper, section 4.4", 1e-3, 1e4),
 )  # fmt: skip
 
@@ -139,6 +194,7 @@ CONTROLLER = (
     Parameter("boundary2", 1.0, "rad/s", "boundary layer of s2; 0 is the literal sign law", "prototype", 0.0, 1e6, tunable=True),
     Parameter("compensation", 1.0, "1", "share of the friction that is compensated; 0 is none", "paper, section 5", 0.0, 10.0, tunable=True),
     Parameter("compensation_speed", 2.0, "rad/s", "shaft speed at which the friction compensation is complete", "prototype", 1e-6, 1e4, tunable=True),
+    Parameter("compensation_rest_speed", 1.0, "rad/s", "shaft speed below which the friction compensation follows the commanded voltage", "prototype", 0.0, 1e4, tunable=True),
     Parameter("proportional_gain", 25.0, "V/rad", "PID: proportional gain k_p, paper eq (64)", "prototype", 0.0, 1e5, tunable=True),
     Parameter("integral_gain", 40.0, "V/(rad.s)", "PID: integral gain k_i, paper eq (64)", "prototype", 0.0, 1e5, tunable=True),
     Parameter("derivative_gain", 1.0, "V.s/rad", "PID: derivative gain k_d, paper eq (64)", "prototype", 0.0, 1e5, tunable=True),

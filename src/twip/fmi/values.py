@@ -1,0 +1,83 @@
+"""The values of one block instance, and the block's functions bound to them: in plain Python, or compiled."""
+
+import ctypes
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from ..robot.kernel import COMPILES, entry_points
+from .table import Table, getter
+
+
+class Values(Protocol):
+    """Values as attributes of `v`, every one a float, parameters and inputs at their start in the beginning."""
+
+    v: Any
+    put: Callable[[Any, float], None]
+    """Sets the value behind a key of `inputs`."""
+    inputs: dict[int, Any]
+    """Keys of the Real inputs by value reference."""
+
+    def initialize(self, time: float) -> None:
+        """Run the block's initialization."""
+
+    def advance(self, time: float, step_size: float) -> bool:
+        """Run the block's step; False tells that an output may be infinite or not a number."""
+
+    def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
+        """Return a function that reads the values behind value references."""
+
+
+class PlainValues:
+    """Values in the slots of an object, on which the block's functions run as plain Python."""
+
+    def __init__(self, table: Table):
+        self.v = table.start_values(table.slots())
+        self.put = partial(setattr, self.v)
+        self.inputs = {r: table.attributes[r] for r in table.inputs}
+        self._table = table
+        self._outputs = getter(tuple(v.attribute for v in table.outputs))
+
+    def initialize(self, time: float) -> None:
+        """Run the block's initialization."""
+        self._table.block.initialize(self.v, time)
+
+    def advance(self, time: float, step_size: float) -> bool:
+        """Run the block's step; False tells that an output may be infinite or not a number."""
+        self._table.block.step(self.v, time, step_size)
+        total = sum(self._outputs(self.v))
+        return total - total == 0.0
+
+    def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
+        """Return a function that reads the values behind value references."""
+        v, read = self.v, getter(tuple(self._table.attributes[r] for r in references))
+        return lambda: list(read(v))
+
+
+class CompiledValues:
+    """Values side by side in memory, on which the block's functions run compiled."""
+
+    def __init__(self, table: Table):
+        fields = [(attribute, ctypes.c_double) for attribute in table.attributes]
+        self.v = table.start_values(type("Values", (ctypes.Structure,), {"_fields_": fields})())
+        self._memory = memoryview(self.v).cast("B").cast("d")
+        self.put = self._memory.__setitem__
+        self.inputs = {r: r for r in table.inputs}
+        first = table.attributes.index(table.outputs[0].attribute)
+        initialize, step = entry_points(table.block.initialize, table.block.step, table.attributes)
+        address = ctypes.addressof(self.v)
+        self.initialize = partial(initialize, address)
+        self.advance = partial(step, address, first, len(table.outputs))
+
+    def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
+        """Return a function that reads the values behind value references."""
+        first, count = references[0], len(references)
+        if list(references) == list(range(first, first + count)):
+            return self._memory[first : first + count].tolist
+        memory, wanted = self._memory, tuple(references)
+        return lambda: [memory[r] for r in wanted]
+
+
+def new_values(table: Table) -> Values:
+    """Return the values of a new instance."""
+    return CompiledValues(table) if COMPILES else PlainValues(table)
