@@ -143,9 +143,9 @@ class Block:
     """A block that becomes an FMU.
 
     `initialize(v, time)` sets outputs, locals and states from parameters and inputs; it is a function of those alone
-    and may be called again. `step(v, time, step_size)` advances from `time` to `time + step_size` (s) in place. Both get
-    one argument `v` with every variable as a float attribute. `check(v)` returns the rules that the parameters break
-    together, one sentence each.
+    and may be called again. `step(v, time, step_size)` advances from `time` to `time + step_size` (s) in place. Both
+    get one argument `v` with every variable as a float attribute. `check(v)` returns the rules that the parameters
+    break together, one sentence each.
     """
 
     name: str

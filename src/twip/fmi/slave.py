@@ -41,7 +41,6 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._block = new_values(self._table)
         self._values = self._block.v
         self._advance = self._block.advance
-        self._put = self._block.put
         self._mode = INSTANTIATED
         self._start_time = 0.0
         self._messages = Messages(self.log_queue)
@@ -50,9 +49,9 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._attention = True  # the next step has something to check first
         self._unchecked = True  # parameters have changed since they were checked
         self._warned = False
-        self._free_inputs: dict[int, Any] = {}  # what may be set without further thought
         self._asked: list[int] = []  # value references of the last get, and how to read them at once
         self._read: Callable[[], list[float]] = list
+        self._writers: dict[tuple[int, ...], Callable[[Sequence[float]], None]] = {}  # inputs that were set together
         if self.resources:
             guard_exit(self.resources, self.block.name)
             while sys.path.count(self.resources) > 1:  # pythonfmu adds it again for every instance
@@ -72,7 +71,6 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def exit_initialization_mode(self) -> None:
         """Check the parameters and compute the values at the start time."""
         self._mode = STEPPING
-        self._free_inputs = self._block.inputs
         self._refresh()
         if self._check_parameters() and self._failure:
             self._fail(f"initialization failed\n{self._failure}")
@@ -82,7 +80,6 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def terminate(self) -> None:
         """End the run; values stay readable."""
         self._mode = TERMINATED
-        self._free_inputs = {}
         self._attention = True
 
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -128,13 +125,15 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def set_real(self, vrs: Sequence[int], values: Sequence[float]) -> None:
         """Set Real inputs and parameters by value reference."""
         try:
-            put, inputs = self._put, self._free_inputs
+            write = self._writers.get(tuple(vrs))
+            total = sum(values)
+            if write is not None and total - total == 0.0 and self._mode == STEPPING:
+                write(values)
+                return
             for vr, value in zip(vrs, values, strict=False):
-                key = inputs.get(vr)
-                if key is not None and value - value == 0.0:
-                    put(key, value)
-                else:
-                    self._set(vr, value, "Real")
+                self._set(vr, value, "Real")
+            if write is None and self._mode == STEPPING and self._table.inputs.issuperset(vrs):
+                self._writers[tuple(vrs)] = self._block.writer(vrs)
         except BaseException:
             self._fail(f"setting Real variables failed\n{traceback.format_exc()}")
 
@@ -274,7 +273,6 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             self._stale, self._unchecked, self._warned = state["flags"]
             self._failure = state["failure"]
             self._messages.errors[:] = state["errors"]
-            self._free_inputs = self._block.inputs if self._mode == STEPPING else {}
             self._attention = True
         except BaseException:
             self._fail(f"restoring a state failed\n{traceback.format_exc()}")

@@ -1,9 +1,11 @@
 """How the values of a block are stored and found by FMI's value references."""
 
 from collections.abc import Callable
+from functools import cache
 from operator import attrgetter
 from typing import Any
 
+from ..robot.kernel import EntryPoints, entry_points
 from .declare import Block, Variable
 
 
@@ -41,11 +43,16 @@ class Table:
             kind: {r: v.attribute for r, v in self.variables.items() if v.type == kind}
             for kind in ("Real", "Integer", "Boolean")
         }
-        self.inputs = tuple(r for r, v in self.variables.items() if v.causality == "input" and v.type == "Real")
+        self.inputs = frozenset(r for r, v in self.variables.items() if v.causality == "input" and v.type == "Real")
         self.parameters = tuple(v for v in block.variables if v.causality == "parameter")
         self.calculated = tuple(v.attribute for v in block.variables if v.causality not in ("parameter", "input"))
         self.outputs = tuple(v for v in block.variables if v.causality == "output")
         self.all_values = getter(self.attributes)
+
+    @cache  # noqa: B019 (a block has one table, which lives as long as the process)
+    def compiled(self) -> EntryPoints:
+        """Return `initialize` and `step` compiled, on the address of values in the order of `attributes`."""
+        return entry_points(self.block.initialize, self.block.step, self.attributes)
 
     def start_values(self, values: Any) -> Any:
         """Set parameters and inputs to their start, all others to zero, and return `values`."""

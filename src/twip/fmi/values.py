@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Protocol
 
-from ..robot.kernel import COMPILES, entry_points
+from ..robot.kernel import COMPILES
 from .table import Table, getter
 
 
@@ -13,10 +13,6 @@ class Values(Protocol):
     """Values as attributes of `v`, every one a float, parameters and inputs at their start in the beginning."""
 
     v: Any
-    put: Callable[[Any, float], None]
-    """Sets the value behind a key of `inputs`."""
-    inputs: dict[int, Any]
-    """Keys of the Real inputs by value reference."""
 
     def initialize(self, time: float) -> None:
         """Run the block's initialization."""
@@ -27,14 +23,15 @@ class Values(Protocol):
     def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
         """Return a function that reads the values behind value references."""
 
+    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:
+        """Return a function that writes the values behind value references."""
+
 
 class PlainValues:
     """Values in the slots of an object, on which the block's functions run as plain Python."""
 
     def __init__(self, table: Table):
         self.v = table.start_values(table.slots())
-        self.put = partial(setattr, self.v)
-        self.inputs = {r: table.attributes[r] for r in table.inputs}
         self._table = table
         self._outputs = getter(tuple(v.attribute for v in table.outputs))
 
@@ -53,6 +50,16 @@ class PlainValues:
         v, read = self.v, getter(tuple(self._table.attributes[r] for r in references))
         return lambda: list(read(v))
 
+    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:
+        """Return a function that writes the values behind value references."""
+        v, attributes = self.v, tuple(self._table.attributes[r] for r in references)
+
+        def write(values: Sequence[float]) -> None:
+            for attribute, value in zip(attributes, values, strict=True):
+                setattr(v, attribute, value)
+
+        return write
+
 
 class CompiledValues:
     """Values side by side in memory, on which the block's functions run compiled."""
@@ -61,21 +68,28 @@ class CompiledValues:
         fields = [(attribute, ctypes.c_double) for attribute in table.attributes]
         self.v = table.start_values(type("Values", (ctypes.Structure,), {"_fields_": fields})())
         self._memory = memoryview(self.v).cast("B").cast("d")
-        self.put = self._memory.__setitem__
-        self.inputs = {r: r for r in table.inputs}
         first = table.attributes.index(table.outputs[0].attribute)
-        initialize, step = entry_points(table.block.initialize, table.block.step, table.attributes)
+        initialize, step = table.compiled()
         address = ctypes.addressof(self.v)
         self.initialize = partial(initialize, address)
         self.advance = partial(step, address, first, len(table.outputs))
 
     def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
         """Return a function that reads the values behind value references."""
-        first, count = references[0], len(references)
-        if list(references) == list(range(first, first + count)):
-            return self._memory[first : first + count].tolist
-        memory, wanted = self._memory, tuple(references)
+        memory, wanted, first = self._memory, tuple(references), references[0]
+        if wanted == tuple(range(first, first + len(wanted))):
+            return memory[first : first + len(wanted)].tolist
         return lambda: [memory[r] for r in wanted]
+
+    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:
+        """Return a function that writes the values behind value references."""
+        memory, wanted = self._memory, tuple(references)
+
+        def write(values: Sequence[float]) -> None:
+            for reference, value in zip(wanted, values, strict=True):
+                memory[reference] = value
+
+        return write
 
 
 def new_values(table: Table) -> Values:

@@ -30,6 +30,7 @@ if (Path(__file__).parents[3] / MARKER).is_file():
 COMPILES = numba is not None
 """Whether `entry_points` can be called: numba is installed, and this code lies in a folder that stays."""
 
+EntryPoints = tuple[Callable[[int, float], None], Callable[[int, int, int, float, float], bool]]
 Function = TypeVar("Function", bound=Callable[..., object])
 _kernels: set[object] = set()
 _twins: dict[object, Any] = {}
@@ -53,7 +54,9 @@ def compiled(function: Any) -> Any:
 def _compile(function: Any, names: dict[str, Any], signature: Any = None) -> Any:
     """Compile `function` with `names` as its globals; the result is cached in the folder of its file."""
     twin = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
-    return numba.njit(signature, cache=True)(twin) if signature else numba.njit(cache=True)(twin)
+    if signature is not None:
+        return numba.njit(signature, cache=True, no_cfunc_wrapper=True)(twin)
+    return numba.njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(twin)  # called by compiled code alone
 
 
 def _pointer(_typing: Any, address: Any) -> Any:
@@ -83,7 +86,7 @@ def _step_at(address, first, count, time, step_size):  # type: ignore[no-untyped
 
 def entry_points(
     initialize: Callable[[Any, float], None], step: Callable[[Any, float, float], None], attributes: Sequence[str]
-) -> tuple[Callable[[int, float], None], Callable[[int, int, int, float, float], bool]]:
+) -> EntryPoints:
     """Return `initialize(v, time)` and `step(v, time, step_size)` compiled, taking the address of v's values for v.
 
     v's values are float64 in the order of `attributes`. The compiled step takes in addition which values are outputs

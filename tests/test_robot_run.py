@@ -1,0 +1,107 @@
+"""The wired robot runs: its log holds what was computed, and nothing depends on how the file is written."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+from lxml import etree
+
+from twip.cosim import Table, load, simulate
+from twip.cosim.log import McapLog
+from twip.cosim.playback import read
+
+SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
+TWIP = [sys.executable, "-m", "twip.cli"]
+
+
+def run(path, **options):
+    with load(path) as system:
+        table = Table(system.channels)
+        result = simulate(system, sinks=[table], **options)
+    return table, result
+
+
+def test_the_log_holds_every_value_that_was_computed(built, tmp_path):
+    with load(built / "ssp" / "twip.ssp") as system:
+        table = Table(system.channels)
+        log = McapLog(tmp_path / "log.mcap", system.channels, system.provenance())
+        simulate(system, stop_time=1.5, sinks=[table, log])
+    found = read(tmp_path / "log.mcap")
+    assert found.table().tobytes() == table.values.tobytes()
+    np.testing.assert_array_equal(np.rint(found.times * 1e9), np.rint(table.times * 1e9))  # the log counts nanoseconds
+    assert len(found.times) == 1501
+
+
+def test_the_same_run_gives_the_same_log_to_the_byte(built, tmp_path):
+    logs = []
+    for name in ("a", "b"):
+        with load(built / "ssp" / "twip.ssp") as system:
+            log = McapLog(tmp_path / name, system.channels, system.provenance())
+            simulate(system, stop_time=1.2, sinks=[log])
+        logs.append((tmp_path / name).read_bytes())
+    assert logs[0] == logs[1]
+
+
+def test_the_order_of_components_in_the_file_changes_no_bit_under_jacobi(built, tmp_path):
+    tables = []
+    for turn in range(3):
+        folder = tmp_path / str(turn)
+        folder.mkdir()
+        subprocess.run(["unzip", "-q", str(built / "ssp" / "twip.ssp"), "-d", str(folder)], check=True)
+        tree = etree.parse(folder / "SystemStructure.ssd")
+        elements = next(tree.iter(f"{SSD}Elements"))
+        components = list(elements)
+        for component in components[turn:] + components[:turn]:
+            elements.append(component)
+        if turn == 2:
+            elements[:] = elements[::-1]
+        tree.write(folder / "SystemStructure.ssd")
+        tables.append(run(folder, stop_time=1.3, coupling="jacobi")[0])
+    assert tables[1].columns != tables[0].columns != tables[2].columns
+    for name in tables[0].columns:
+        assert tables[0][name].tobytes() == tables[1][name].tobytes() == tables[2][name].tobytes(), name
+    assert np.ptp(tables[0]["plant.pitch"]) > 0.1  # the robot has moved
+
+
+def started(built, tmp_path, *options):
+    """Start a long run of the robot and wait until its log grows."""
+    log = tmp_path / "log.mcap"
+    command = [*TWIP, "run", str(built / "ssp" / "twip.ssp"), "--stop-time", "600", "--log", str(log), *options]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    deadline = time.monotonic() + 120
+    size = 0
+    while size < 200_000:  # more than the head of the file, which holds the attachments
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+        size = log.stat().st_size - (built / "ssp" / "twip.ssp").stat().st_size if log.exists() else 0
+    return process, log
+
+
+def test_ctrl_c_stops_within_a_second_with_a_complete_log(built, tmp_path):
+    process, log = started(built, tmp_path)
+    process.send_signal(signal.SIGINT)
+    begin = time.monotonic()
+    out, errors = process.communicate(timeout=30)
+    assert (
+        time.monotonic() - begin < 1.0 + 1.0
+    )  # one second to stop, one for the interpreter to leave on a busy machine
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert "interrupted at" in out
+    found = read(log)
+    assert found.complete
+    assert len(found.times) > 200
+
+
+def test_a_killed_run_leaves_every_finished_chunk(built, tmp_path):
+    process, log = started(built, tmp_path)
+    process.kill()
+    process.communicate()
+    found = read(log)
+    assert not found.complete
+    assert len(found.times) >= 200
+    assert len(found.times) % 200 <= 1  # whole chunks, and row 0
+    assert np.all(np.isfinite(found["plant.pitch"]))
