@@ -3,6 +3,8 @@
 Its published fields: timestamp = 1, level = 2, message = 3, name = 4, file = 5, line = 6 (fixed32).
 """
 
+from typing import Any
+
 from google.protobuf.descriptor_pb2 import (
     DescriptorProto,
     EnumDescriptorProto,
@@ -66,7 +68,7 @@ def encode(nanoseconds: int, level: str, source: str, message: str) -> bytes:
 
 def decode(data: bytes) -> tuple[str, str, str]:
     """Return level, source and message; raises protobuf's DecodeError."""
-    log = _Log.FromString(data)
+    log: Any = _Log.FromString(data)
     return LEVELS[log.level] if 0 <= log.level < len(LEVELS) else LEVELS[0], log.name, log.message
 
 

@@ -58,10 +58,10 @@ def write_parameter_set(path: pathlib.Path, name: str, entries: Iterable[Entry])
         for unit in sorted(units.values(), key=lambda u: u.name):
             definition = etree.SubElement(definitions, f"{{{SSC}}}Unit", {"name": unit.name})
             etree.SubElement(definition, f"{{{SSC}}}BaseUnit", _base_unit(unit))
-    text = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    document = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(text)
+        path.write_bytes(document)
     except OSError as error:
         raise TwipError(f"{path}: cannot be written ({error.strerror or error})") from None
 

@@ -67,7 +67,7 @@ class CompiledValues:
     def __init__(self, table: Table):
         fields = [(attribute, ctypes.c_double) for attribute in table.attributes]
         self.v = table.start_values(type("Values", (ctypes.Structure,), {"_fields_": fields})())
-        self._memory = memoryview(self.v).cast("B").cast("d")
+        self._memory: Any = memoryview(self.v).cast("B").cast("d")
         first = table.attributes.index(table.outputs[0].attribute)
         initialize, step = table.compiled()
         address = ctypes.addressof(self.v)
@@ -78,7 +78,8 @@ class CompiledValues:
         """Return a function that reads the values behind value references."""
         memory, wanted, first = self._memory, tuple(references), references[0]
         if wanted == tuple(range(first, first + len(wanted))):
-            return memory[first : first + len(wanted)].tolist
+            read: Callable[[], list[float]] = memory[first : first + len(wanted)].tolist
+            return read
         return lambda: [memory[r] for r in wanted]
 
     def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:

@@ -17,18 +17,16 @@ MARKER = "twip-keeps-this-folder"
 cached in it.
 """
 
-numba: Any = None
-numpy: Any = None
-if (Path(__file__).parents[3] / MARKER).is_file():
+COMPILES = (Path(__file__).parents[3] / MARKER).is_file()
+"""Whether `entry_points` can be called: this code lies in a folder that stays, and numba is installed."""
+
+if COMPILES:
     try:
         import numba
         import numba.extending
         import numpy
     except ImportError:
-        numba = None
-
-COMPILES = numba is not None
-"""Whether `entry_points` can be called: numba is installed, and this code lies in a folder that stays."""
+        COMPILES = False
 
 EntryPoints = tuple[Callable[[int, float], None], Callable[[int, int, int, float, float], bool]]
 Function = TypeVar("Function", bound=Callable[..., object])
