@@ -18,9 +18,24 @@ for script in sorted(Path(sys.argv[1]).glob("*.py")):
 """
 
 
+@pytest.fixture(scope="session", autouse=True)
+def cache(tmp_path_factory):
+    """A folder of the test session for kept unpacked FMUs, in place of the user's."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TWIP_CACHE", str(folder))
+        yield folder
+
+
+@pytest.fixture(params=["compiled", "python"])
+def loop(request) -> str:
+    """How steps are executed: a test that takes this runs once in each way."""
+    return request.param
+
+
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory) -> Path:
-    """A folder with CosimGain.fmu, CosimIntegrator.fmu, CosimMixed.fmu and CosimFaulty.fmu as pythonfmu makes them."""
+    """A folder with an FMU for each of `slaves/`, as plain pythonfmu makes them: CosimGain.fmu and so on."""
     folder = tmp_path_factory.mktemp("fmus")
     sources = folder / "sources"
     shutil.copytree(HERE / "slaves", sources, ignore=shutil.ignore_patterns("__pycache__"))

@@ -75,9 +75,10 @@ def bind(values=None, source=None, prefix=None):
     return f"<ssd:ParameterBindings>{binding}</ssd:ParameterBindings>"
 
 
-def algorithm(attributes):
+def algorithm(attributes, mid_step=()):
     """Return our annotation by which a file proposes how to run it."""
-    item = f'<t:Algorithm xmlns:t="https://twip.example/ssp" {attributes}/>'
+    inputs = "".join(f'\n<t:MidStep input="{name}"/>' for name in mid_step)
+    item = f'<t:Algorithm xmlns:t="https://twip.example/ssp" {attributes}>{inputs}</t:Algorithm>'
     return f'<ssd:Annotations><ssc:Annotation type="org.twip.cosim">{item}</ssc:Annotation></ssd:Annotations>'
 
 
@@ -111,8 +112,21 @@ def pack(ssd: Path, target: Path, files: dict[str, Path]) -> Path:
     return target
 
 
-def edit_fmu(source: Path, target: Path, *, variables=None, dependencies=None, definitions="", step_size=None) -> Path:
-    """Copy an FMU with attributes added to its variables, dependencies (output to inputs), and unit definitions."""
+def edit_fmu(
+    source: Path,
+    target: Path,
+    *,
+    variables=None,
+    dependencies=None,
+    definitions="",
+    step_size=None,
+    state=False,
+    files=None,
+) -> Path:
+    """Copy an FMU with attributes added to its variables, dependencies (output to inputs), unit definitions, and files.
+
+    With `state` it says that its state can be serialized, which every FMU of pythonfmu can do.
+    """
     with zipfile.ZipFile(source) as archive:
         contents = {entry: archive.read(entry) for entry in archive.namelist()}
     root = etree.fromstring(contents["modelDescription.xml"])
@@ -126,6 +140,8 @@ def edit_fmu(source: Path, target: Path, *, variables=None, dependencies=None, d
         if name in (dependencies or {}):
             unknown.set("dependencies", " ".join(sorted((index[d] for d in dependencies[name]), key=int)))
     first = next(i for i, child in enumerate(root) if child.tag == "CoSimulation")
+    if state:
+        root[first].attrib.update({"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"})
     if definitions:
         text = re.sub(r"ssc:", "", units(definitions, "x")).replace("x:Units", "UnitDefinitions")
         root.insert(first + 1, etree.fromstring(text))
@@ -133,6 +149,7 @@ def edit_fmu(source: Path, target: Path, *, variables=None, dependencies=None, d
         place = next(i for i, child in enumerate(root) if child.tag == "ModelVariables")
         root.insert(place, etree.Element("DefaultExperiment", stepSize=str(step_size)))
     contents["modelDescription.xml"] = etree.tostring(root)
+    contents.update(files or {})
     with zipfile.ZipFile(target, "w") as archive:
         for entry, data in contents.items():
             archive.writestr(entry, data)

@@ -50,8 +50,8 @@ def recurrence(coupling, steps, h):
 
 
 @pytest.mark.parametrize("coupling", ["jacobi", "gauss-seidel"])
-def test_every_step_follows_the_recurrence_exactly(oscillator, coupling):
-    table, result = run(oscillator(), step_size=0.01, coupling=coupling)
+def test_every_step_follows_the_recurrence_exactly(oscillator, coupling, loop):
+    table, result = run(oscillator(), step_size=0.01, coupling=coupling, loop=loop)
     expected = recurrence(coupling, 100, 0.01)
     np.testing.assert_array_equal(np.column_stack([table["a.x"], table["b.x"]]), expected)
     assert result.steps == 100
@@ -70,17 +70,19 @@ def test_the_error_against_sine_halves_with_the_step(oscillator, coupling):
 
 
 @pytest.mark.parametrize("coupling", ["jacobi", "gauss-seidel"])
-def test_the_order_of_components_in_the_file_changes_no_bit(oscillator, coupling):
-    reference, _ = run(oscillator(), step_size=0.01, coupling=coupling)
+def test_the_order_of_components_in_the_file_changes_no_bit(oscillator, coupling, loop):
+    reference, _ = run(oscillator(), step_size=0.01, coupling=coupling, loop=loop)
     for order in (("minus", "b", "a"), ("b", "minus", "a")):
-        table, _ = run(oscillator(order), step_size=0.01, coupling=coupling)
+        table, _ = run(oscillator(order), step_size=0.01, coupling=coupling, loop=loop)
         assert table.columns != reference.columns
         for name in reference.columns:
             assert table[name].tobytes() == reference[name].tobytes()
 
 
-def test_row_0_is_consistent_and_the_last_row_is_exactly_at_the_stop_time(oscillator):
-    table, result = run(oscillator(), step_size=0.1, stop_time=0.7, start_values={"a.x_start": 0.25, "b.x_start": 1.0})
+def test_row_0_is_consistent_and_the_last_row_is_exactly_at_the_stop_time(oscillator, loop):
+    table, result = run(
+        oscillator(), step_size=0.1, stop_time=0.7, start_values={"a.x_start": 0.25, "b.x_start": 1.0}, loop=loop
+    )
     assert table.times.tolist() == [*(k * 0.1 for k in range(7)), 0.7]
     assert result.time == 0.7
     assert table["minus.u"][0] == 0.25
@@ -91,20 +93,20 @@ def test_row_0_is_consistent_and_the_last_row_is_exactly_at_the_stop_time(oscill
     assert table["a.u"][1] == table["b.x"][0]
 
 
-def test_a_start_time_shifts_the_stamps_only(oscillator):
-    shifted, _ = run(oscillator(), step_size=0.125, start_time=5.0, stop_time=6.0)
-    plain, _ = run(oscillator(), step_size=0.125)
+def test_a_start_time_shifts_the_stamps_only(oscillator, loop):
+    shifted, _ = run(oscillator(), step_size=0.125, start_time=5.0, stop_time=6.0, loop=loop)
+    plain, _ = run(oscillator(), step_size=0.125, loop=loop)
     assert shifted.times.tolist() == (5.0 + plain.times).tolist()
     np.testing.assert_array_equal(shifted.values, plain.values)
 
 
-def test_an_algebraic_loop_is_named_and_solved_at_the_start(fmus, tmp_path):
+def test_an_algebraic_loop_is_named_and_solved_at_the_start(fmus, tmp_path, loop):
     gain = edit_fmu(fmus / "CosimGain.fmu", tmp_path / "gain.fmu", dependencies={"y": ["u"], "z": ["u"]})
     body = system(
         [component("p", gain.name, "u> y<"), component("q", gain.name, "u> y<")],
         [connection("p.y -> q.u"), connection("q.y -> p.u", linear(factor=0.125, offset=1))],
     )
-    table, result = run(write(tmp_path, body), step_size=0.5, start_values={})
+    table, result = run(write(tmp_path, body), step_size=0.5, start_values={}, loop=loop)
     # p.u = 0.125 * 2 * 2 * p.u + 1, hence p.u = 2
     np.testing.assert_allclose(table["p.u"], 2.0, rtol=1e-11)  # the iteration stops at 1e-12 relative change
     assert any("algebraic loop: p.y, q.y" in w for w in result.warnings)

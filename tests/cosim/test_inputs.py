@@ -26,8 +26,8 @@ def run(path, text, **options):
     return table
 
 
-def test_continuous_inputs_are_linear_and_others_held(path):
-    table = run(path, 'time,"m.smooth",m.held,m.n,m.on\n0.2,1,1,1,false\n0.6,3,3,3,true\n', step_size=0.1)
+def test_continuous_inputs_are_linear_and_others_held(path, loop):
+    table = run(path, 'time,"m.smooth",m.held,m.n,m.on\n0.2,1,1,1,false\n0.6,3,3,3,true\n', step_size=0.1, loop=loop)
     used = np.array([0.0, *(0.1 * k for k in range(10))])  # the step that ends at row k begins at row k - 1
     # roundings of the interpolation
     np.testing.assert_allclose(table["m.smooth"], np.interp(used, [0.2, 0.6], [1.0, 3.0]), rtol=1e-15, atol=1e-15)
@@ -37,15 +37,15 @@ def test_continuous_inputs_are_linear_and_others_held(path):
     assert table["m.on"].tolist() == [0.0] * 7 + [1.0] * 4
 
 
-def test_rows_are_reached_although_times_are_rounded(path):
+def test_rows_are_reached_although_times_are_rounded(path, loop):
     # 0.001 * 1001 is less than 1.001
     rows = "".join(f"{k / 1000!r},{k}\n" for k in range(1200))
-    table = run(path, f"time,m.held\n{rows}", step_size=0.001, stop_time=1.2)
+    table = run(path, f"time,m.held\n{rows}", step_size=0.001, stop_time=1.2, loop=loop)
     assert table["m.seen"].tolist() == [0.0, *range(1200)]
 
 
-def test_two_rows_at_one_time_are_a_jump(path):
-    table = run(path, "time,m.smooth\n0,1\n0.5,1\n0.5,4\n1,4\n", step_size=0.25)
+def test_two_rows_at_one_time_are_a_jump(path, loop):
+    table = run(path, "time,m.smooth\n0,1\n0.5,1\n0.5,4\n1,4\n", step_size=0.25, loop=loop)
     assert table["m.smooth"].tolist() == [1.0, 1.0, 1.0, 4.0, 4.0]
 
 

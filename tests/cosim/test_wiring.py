@@ -45,9 +45,9 @@ def test_units_of_the_model_descriptions_are_converted(folder, source, target, s
     assert table["b.u"] == pytest.approx([received] * 3, rel=4 * 2**-52)
 
 
-def test_an_identity_copies_the_sign_of_zero(folder):
+def test_an_identity_copies_the_sign_of_zero(folder, loop):
     body = system([component("a", GAIN, "u> z<"), component("b", GAIN, "u>")], [connection("a.z -> b.u")])
-    table, _ = run(write(folder, body), {"start_values": {"a.u": 0.0}})
+    table, _ = run(write(folder, body), {"start_values": {"a.u": 0.0}}, loop=loop)
     assert math.copysign(1.0, table["a.z"][-1]) == math.copysign(1.0, table["b.u"][-1]) == -1.0
 
 
@@ -114,9 +114,9 @@ def nested(folder, **options):
 
 
 @pytest.mark.parametrize("coupling", ["jacobi", "gauss-seidel"])
-def test_nested_systems_are_flattened_and_their_connectors_recorded(folder, coupling):
+def test_nested_systems_are_flattened_and_their_connectors_recorded(folder, coupling, loop):
     (folder / "in.csv").write_text("time,x\n0,1\n1,1\n")
-    table, _ = run(nested(folder), coupling=coupling, input_file=folder / "in.csv")
+    table, _ = run(nested(folder), coupling=coupling, input_file=folder / "in.csv", loop=loop)
     assert [name for name in table.columns if "g" not in name.split(".") and "h" not in name.split(".")] == [
         "out.u", "out.y", "out.z", "x", "y", "inner.v", "inner.w",
     ]  # fmt: skip
@@ -127,8 +127,8 @@ def test_nested_systems_are_flattened_and_their_connectors_recorded(folder, coup
     assert table["x"].tolist() == table["inner.v"].tolist() == [1.0] * 3
 
 
-def test_an_open_system_input_leaves_the_start_value_behind_it(folder):
-    table, _ = run(nested(folder))
+def test_an_open_system_input_leaves_the_start_value_behind_it(folder, loop):
+    table, _ = run(nested(folder), loop=loop)
     assert table["inner.g.u"].tolist() == [0.5] * 3
     # what the connector would have to be for that value
     assert table["x"].tolist() == [0.05] * 3
@@ -164,10 +164,10 @@ def test_a_parameter_file_with_prefix_and_unit(folder):
     assert run(path, {"start_values": {"g.u": 1}})[0]["g.y"][0] == pytest.approx(math.pi, rel=4 * 2**-52)
 
 
-def test_every_type_takes_a_start_value_before_the_first_step(folder):
+def test_every_type_takes_a_start_value_before_the_first_step(folder, loop):
     path = write(folder, system([component("m", "CosimMixed.fmu")]))
     values = {"m.n": "5", "m.on": True, "m.held": "1e-3", "m.label": "a b"}
-    table, _ = run(path, {"start_values": values})
+    table, _ = run(path, {"start_values": values}, loop=loop)
     assert table["m.n"].tolist() == [5.0] * 3
     assert table["m.on"].tolist() == [1.0] * 3
     assert table["m.total"].tolist() == [0.0, 5.0, 10.0]
@@ -175,26 +175,27 @@ def test_every_type_takes_a_start_value_before_the_first_step(folder):
     assert table["m.seen"].tolist() == [0.0, 1e-3, 1e-3]
 
 
-def test_an_unconnected_input_keeps_its_start_value_and_is_never_set(folder):
+def test_an_unconnected_input_keeps_its_start_value_and_is_never_set(folder, loop):
     path = write(folder, system([component("m", "CosimMixed.fmu")]))
-    table, _ = run(path)
+    table, _ = run(path, loop=loop)
     assert table["m.n"].tolist() == [3.0] * 3
     assert table["m.held"].tolist() == [0.25] * 3
     assert table["m.sets"].tolist() == [0.0] * 3
 
 
-def test_only_changed_inputs_are_set(folder):
+def test_only_changed_inputs_are_set(folder, loop):
     (folder / "in.csv").write_text("time,m.smooth,m.held\n0,1,0.5\n0.5,1,0.5\n1,1,0.5\n")
-    table, _ = run(write(folder, system([component("m", "CosimMixed.fmu")])), input_file=folder / "in.csv")
+    table, _ = run(write(folder, system([component("m", "CosimMixed.fmu")])), input_file=folder / "in.csv", loop=loop)
     # smooth starts at 1; held changes once, at the start
     assert table["m.sets"].tolist() == [1.0] * 3
 
 
-def test_integers_and_booleans_are_connected_exactly(folder):
+def test_integers_and_booleans_are_connected_exactly(folder, loop):
     parts = [component(name, "CosimMixed.fmu", "n>:Integer on> total< inverted<:Boolean") for name in "ab"]
     table, _ = run(
         write(folder, system(parts, [connection("a.total -> b.n"), connection("a.inverted -> b.on")])),
         coupling="gauss-seidel",
+        loop=loop,
     )
     assert table["b.n"].tolist() == table["a.total"].tolist() == [0.0, 3.0, 6.0]
     assert table["b.inverted"].tolist() == [1.0, 0.0, 0.0]
@@ -212,9 +213,9 @@ def test_two_instances_of_one_fmu_and_a_swapped_one(folder):
         assert simulate(loaded, step_size=0.5).values["b.y"] == 2.0
 
 
-def test_a_system_runs_again_with_the_same_result(folder):
+def test_a_system_runs_again_with_the_same_result(folder, loop):
     with load(nested(folder), start_values={"x": 3}) as loaded:
-        first, second = (simulate(loaded, step_size=0.25) for _ in range(2))
+        first, second = (simulate(loaded, step_size=0.25, loop=loop) for _ in range(2))
     assert first.values == second.values
     assert first.steps == second.steps == 4
 

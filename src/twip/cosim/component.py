@@ -7,7 +7,7 @@ import pathlib
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
+from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
 from numpy.typing import NDArray
 
 from ..errors import TwipError
@@ -160,6 +160,31 @@ class Instance:
         """Leave initialization mode: the instance may be stepped."""
         self.call("fmi2ExitInitializationMode")
         self._initialized = True
+
+    def save_state(self) -> bytes:
+        """Return the serialized state between two steps."""
+        state, size = fmi2FMUstate(), ctypes.c_size_t()
+        self.call("fmi2GetFMUstate", ctypes.byref(state))
+        try:
+            self.call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+            buffer = ctypes.create_string_buffer(size.value)
+            self.call("fmi2SerializeFMUstate", state, buffer, size)
+        finally:
+            self._free_state(state)
+        return buffer.raw
+
+    def restore_state(self, data: bytes) -> None:
+        """Take over a state that `save_state` of an instance of the same FMU has returned."""
+        state, buffer = fmi2FMUstate(), ctypes.create_string_buffer(data, len(data))
+        try:
+            self.call("fmi2DeSerializeFMUstate", buffer, len(data), ctypes.byref(state))
+            self.call("fmi2SetFMUstate", state)
+        finally:
+            self._free_state(state)
+
+    def _free_state(self, state: ctypes.c_void_p) -> None:
+        if state.value is not None and self._folder not in self._dead:
+            self.call("fmi2FreeFMUstate", ctypes.byref(state))
 
     def close(self) -> None:
         """Terminate and free what the FMI state machine allows; failures here are only logged."""

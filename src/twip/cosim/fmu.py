@@ -69,6 +69,8 @@ class Fmu:
     """Whether a process may hold one instance only."""
     step_size: float | None
     """Step of the default experiment in s."""
+    serializes_state: bool
+    """Whether the state of an instance can be saved as bytes and restored."""
 
     def ports(self, causality: str) -> tuple[Variable, ...]:
         """The recorded inputs or outputs: Real, then Integer, then Boolean, each in the order of the model
@@ -148,9 +150,10 @@ def _convert(description: ModelDescription, path: pathlib.Path, name: str, probl
     experiment = description.defaultExperiment
     only_once = bool(description.coSimulation.canBeInstantiatedOnlyOncePerProcess)
     step = None if experiment is None or experiment.stepSize is None else float(experiment.stepSize)
+    serializes = description.coSimulation.canGetAndSetFMUstate and description.coSimulation.canSerializeFMUstate
     return Fmu(
         path, name, description.guid or "", description.coSimulation.modelIdentifier, description.generationTool or "",
-        _fingerprint(path), variables, feedthrough, units, only_once, step,
+        _fingerprint(path), variables, feedthrough, units, only_once, step, bool(serializes),
     )  # fmt: skip
 
 

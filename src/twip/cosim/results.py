@@ -5,6 +5,7 @@ import io
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,9 @@ class Result:
     """Summary of a run."""
 
     steps: int
-    """Finished steps; the sinks hold one row more, that of the start time."""
+    """Finished steps of this run; the sinks hold one row more, that of the time where it began."""
     start_time: float
+    """Simulated time where this run began: the start time, or the time of the checkpoint that it resumed, in s."""
     time: float
     """Simulated time reached, in s."""
     step_size: float
@@ -28,11 +30,13 @@ class Result:
     wall_time: float
     """Time spent stepping and recording, in s."""
     setup_time: float
-    """Time spent unpacking, instantiating and initializing, in s."""
+    """Time spent unpacking, instantiating, compiling and initializing, in s."""
     interrupted: bool
     values: dict[str, float]
     """The last row by column name."""
     warnings: tuple[str, ...] = ()
+    checkpoint: Path | None = None
+    """File that holds the state at the end, if one was asked for."""
 
     @property
     def real_time_factor(self) -> float:

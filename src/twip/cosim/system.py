@@ -2,11 +2,12 @@
 
 import difflib
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from .archive import Workspace, unpack
 from .fmu import Fmu, Variable
+from .kept import NotKeptError, abandon, keep
 from .parameters import StartValue
 from .record import Channel, columns
 from .ssd import Experiment
@@ -83,23 +84,35 @@ class System:
             first += len(channel.signals)
         return result
 
-    def unpacked(self, fmu: Fmu) -> pathlib.Path:
-        """Return the folder that holds the unpacked FMU; its instances and later runs share it. Raises `TwipError`."""
+    def unpacked(self, fmu: Fmu, tell: Callable[[str], None]) -> pathlib.Path:
+        """Return the folder that holds the unpacked FMU, kept for later runs if possible; else `tell` is told why not.
+
+        All instances in the system share it. Raises `TwipError`.
+        """
         if fmu.path not in self._unpacked:
-            folder = self.workspace.folder(fmu.model_identifier)
-            if fmu.path.is_dir():
-                for file in fmu.path.rglob("*"):
-                    if file.is_file():
-                        target = folder / file.relative_to(fmu.path)
-                        target.parent.mkdir(parents=True, exist_ok=True)
-                        target.write_bytes(file.read_bytes())
-            else:
+            try:
+                folder = self._copied(fmu) if fmu.path.is_dir() else keep(fmu)
+            except NotKeptError as reason:
+                if str(reason):
+                    tell(str(reason))
+                folder = self.workspace.folder(fmu.model_identifier)
                 unpack(fmu.path, folder, fmu.name)
             self._unpacked[fmu.path] = folder
         return self._unpacked[fmu.path]
 
+    def _copied(self, fmu: Fmu) -> pathlib.Path:
+        """Copy an FMU that is a folder."""
+        folder = self.workspace.folder(fmu.model_identifier)
+        for file in fmu.path.rglob("*"):
+            if file.is_file():
+                target = folder / file.relative_to(fmu.path)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(file.read_bytes())
+        return folder
+
     def forget(self, folder: pathlib.Path) -> None:
         """Unpack an FMU anew next time: its library in `folder` has failed beyond repair."""
+        abandon(folder)
         self._unpacked = {path: unpacked for path, unpacked in self._unpacked.items() if unpacked != folder}
 
     def provenance(self) -> dict[str, dict[str, str]]:

@@ -1,0 +1,235 @@
+"""One run of a checked system: instances, values, and what has been delivered."""
+
+import pathlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import TwipError
+from .checkpoint import Checkpoint, InputDigest, Saving, identify
+from .component import Instance
+from .delivery import Delivery, writing
+from .execution import Execution, vector
+from .experiment import Coupling, TimeGrid
+from .initialization import initialize
+from .inputs import InputSeries
+from .interrupt import InterruptFlag
+from .kept import awaits_compiling
+from .messages import Message
+from .ports import Ports
+from .results import Result
+from .schedule import Schedule, make_schedule
+from .system import System
+
+CHUNK = 200
+"""Most steps between two deliveries to the sinks."""
+
+
+class Loop(Protocol):
+    """Executes the steps of a schedule."""
+
+    def run(
+        self,
+        times: NDArray[np.float64],
+        step_size: float,
+        inputs: NDArray[np.float64],
+        rows: NDArray[np.float64],
+        stop: NDArray[np.bool_],
+    ) -> tuple[int, TwipError | None]:
+        """Do one step per row; see `PythonLoop.run`."""
+
+
+@dataclass(frozen=True)
+class LoopKind:
+    """A way to execute a schedule."""
+
+    make: Callable[[Execution], Loop]
+    is_ready: Callable[[], bool]
+    """Tells whether it begins at once; otherwise it is compiled first."""
+
+
+@dataclass
+class Run:
+    """One run, made of what has been checked; `execute` may be called once."""
+
+    system: System
+    grid: TimeGrid
+    coupling: Coupling
+    inputs: InputSeries
+    delivery: Delivery
+    interrupted: InterruptFlag
+    loop: LoopKind
+    saving: Saving | None
+    resumed: Checkpoint | None
+    progress: Callable[[float], None]
+    notice: Callable[[str], None]
+    instances: list[Instance] = field(default_factory=list)
+    dead: set[pathlib.Path] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        system, grid, columns = self.system, self.grid, self.inputs.columns.tolist()
+        self.first = self.steps = 0 if self.resumed is None else self.resumed.steps
+        self.clock = np.array([grid.start])
+        self.schedule: Schedule = make_schedule(system, self.coupling.name, columns, self.coupling.mid_step)
+        self.values = vector(self.schedule.columns)
+        self.warnings: list[str] = list(system.warnings)
+        for loop in self.schedule.loops:
+            self.warnings.append(f"algebraic loop: {', '.join(f'{c}.{v}' for c, v in loop)}")
+        self.delivered = False
+        self.saved: int | None = None
+        self._identity = identify(system, grid, self.coupling, self.inputs)
+        self._digest = InputDigest(self.inputs, grid)
+
+    def execute(self) -> Result:
+        """Initialize, run, deliver, and free everything on the way out."""
+        begin = time.perf_counter()
+        for warning in self.warnings:
+            self._say("warning", warning)
+        try:
+            try:
+                execution = self._start()
+                loop = None if execution is None else self._prepare(execution)
+                started = time.perf_counter()
+                if execution is not None and loop is not None:
+                    self._advance(loop, execution)
+            except TwipError as failure:
+                self._say("error", str(failure))
+                raise
+        finally:
+            stopped = time.perf_counter()
+            self._free()
+        values = dict(zip(self.system.columns, list(self.values), strict=True)) if self.delivered else {}
+        return Result(
+            steps=self.steps - self.first,
+            start_time=self._time_of(self.first),
+            time=self._time_of(self.steps),
+            step_size=self.grid.step_size,
+            coupling=self.schedule.coupling,
+            wall_time=stopped - started,
+            setup_time=started - begin,
+            interrupted=bool(self.interrupted) and self.steps < self.grid.steps,
+            values=values,
+            warnings=tuple(self.warnings),
+            checkpoint=self.saving.path if self.saving is not None and self.saved is not None else None,
+        )
+
+    def _time_of(self, steps: int) -> float:
+        return float(self.grid.times(steps, 0)[0])
+
+    def _say(self, level: str, text: str) -> None:
+        self.delivery.messages.append(Message(self._time_of(self.steps), level, "", text))
+
+    def _start(self) -> Execution | None:
+        """Bring all components to where the run begins and deliver the row there; None when interrupted before."""
+        system, grid = self.system, self.grid
+        folders = [system.unpacked(c.fmu, lambda why: self._say("info", why)) for c in system.components]
+        self._announce(folders)
+        for component, folder in zip(system.components, folders, strict=True):
+            if self.interrupted:
+                return None
+            self.instances.append(Instance(component, folder, self.delivery.messages, self.dead, self.clock))
+        ports = [Ports(p, i, self.values) for p, i in zip(self.schedule.components, self.instances, strict=True)]
+        columns = self.inputs.columns.tolist()
+        driven = self.inputs.at(grid.times(0, 0), grid.step_size)[0].tolist()
+        self.warnings += (
+            warnings := initialize(
+                system,
+                make_schedule(system, "gauss-seidel", columns),
+                self.instances,
+                ports,
+                self.values,
+                dict(zip(columns, driven, strict=True)),
+                (grid.start, grid.stop),
+            )
+        )
+        for warning in warnings:
+            self._say("warning", warning)
+        if self.resumed is not None:
+            self._restore(self.resumed, ports)
+        execution = Execution(self.schedule, ports, self.values, self.inputs.columns, self.clock)
+        if self.resumed is not None:
+            execution.previous[:] = self.resumed.previous
+        self.delivery.write(grid.times(self.steps, 0), execution.row[None].copy())
+        self.delivered = True
+        return execution
+
+    def _announce(self, folders: Sequence[pathlib.Path]) -> None:
+        """Tell the user when code is going to be compiled, which takes a while."""
+        what = [] if self.loop.is_ready() else ["the loop"]
+        if find_spec("numba") is not None:
+            first = {folder: c.fmu.name for c, folder in zip(self.system.components, folders, strict=True)}
+            what += [pathlib.PurePath(name).name for folder, name in first.items() if awaits_compiling(folder)]
+        if what:
+            self.notice(f"compiling {', '.join(what)}: needed once per build, takes a while")
+
+    def _restore(self, checkpoint: Checkpoint, ports: list[Ports]) -> None:
+        """Put the states of a checkpoint into the instances, and see whether they show its values again."""
+        self.clock[0] = self._time_of(self.steps)
+        names = self.system.columns
+        self.values[:] = checkpoint.values.tolist()
+        for instance, port, state in zip(self.instances, ports, checkpoint.states, strict=True):
+            instance.restore_state(state)
+            port.read_inputs()
+            port.get_outputs()
+        for name, value, saved in zip(names, self.values, checkpoint.values.tolist(), strict=True):
+            if value != saved:
+                raise TwipError(
+                    f"{name} = {value!r} after its component's state was restored from the checkpoint, where it was"
+                    f" {saved!r}: the FMU does not save its whole state"
+                )
+        self.values[:] = checkpoint.values.tolist()
+        self._say("info", f"resumed from a checkpoint at t = {self.clock[0]:.12g} s")
+
+    def _prepare(self, execution: Execution) -> Loop:
+        """Return the loop, compiled."""
+        loop = self.loop.make(execution)
+        times, none = self.grid.times(self.steps, 0), self.inputs.at(np.zeros(0), self.grid.step_size)
+        loop.run(times, self.grid.step_size, none, np.empty((0, self.schedule.columns)), self.interrupted.array)
+        return loop
+
+    def _advance(self, loop: Loop, execution: Execution) -> None:
+        grid, last = self.grid, self.grid.steps
+        while self.steps < last and not self.interrupted:
+            due = last if self.saving is None else self.saving.next(self.steps, last)
+            count = min(CHUNK, due - self.steps)
+            times = grid.times(self.steps, count)
+            inputs = self.inputs.at(times[:-1], grid.step_size)
+            rows = np.empty((count, self.schedule.columns))  # anew for each chunk: a sink may keep it
+            done, failure = loop.run(times, grid.step_size, inputs, rows, self.interrupted.array)
+            self.steps += done
+            self.delivery.write(times[1 : done + 1], rows[:done])
+            self.progress(float(times[done]))
+            if failure is not None:
+                raise failure
+            if self.steps == due:
+                self._save(execution)
+        self._save(execution)
+
+    def _save(self, execution: Execution) -> None:
+        """Write a checkpoint, unless it is there already."""
+        if self.saving is None or self.saved == self.steps:
+            return
+        checkpoint = Checkpoint(
+            self._identity,
+            self.steps,
+            self._digest.until(self.steps),
+            execution.row,
+            execution.previous,
+            tuple(instance.save_state() for instance in self.instances),
+        )
+        with writing():
+            checkpoint.write(self.saving.path)
+        self.saved = self.steps
+
+    def _free(self) -> None:
+        """Free all instances, the last first, and deliver their last messages."""
+        for instance in reversed(self.instances):
+            instance.close()
+        for folder in self.dead:
+            self.system.forget(folder)
+        self.delivery.tell()
