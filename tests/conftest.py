@@ -5,6 +5,15 @@ import pytest
 from twip.fmi.build import build_all
 
 
+@pytest.fixture(scope="session", autouse=True)
+def cache(tmp_path_factory):
+    """A folder of the test session for kept unpacked FMUs, in place of the user's."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TWIP_CACHE", str(folder))
+        yield folder
+
+
 @pytest.fixture(scope="session")
 def built(tmp_path_factory):
     """A folder with `fmus/*.fmu`, `ssp/*.ssp` and the loose parameter sets and inputs, built once."""

@@ -18,15 +18,6 @@ for script in sorted(Path(sys.argv[1]).glob("*.py")):
 """
 
 
-@pytest.fixture(scope="session", autouse=True)
-def cache(tmp_path_factory):
-    """A folder of the test session for kept unpacked FMUs, in place of the user's."""
-    folder = tmp_path_factory.mktemp("cache")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("TWIP_CACHE", str(folder))
-        yield folder
-
-
 @pytest.fixture(params=["compiled", "python"])
 def loop(request) -> str:
     """How steps are executed: a test that takes this runs once in each way."""

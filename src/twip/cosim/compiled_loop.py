@@ -153,7 +153,9 @@ def address(function: object) -> int:
 
 def is_cached() -> bool:
     """Tell whether the compiled steps lie in numba's cache, so that the first run need not compile them."""
-    return any(Path(run_steps.stats.cache_path).glob(f"{Path(__file__).stem}.run_steps-*.nbi"))
+    source = Path(__file__)
+    indexes = Path(run_steps.stats.cache_path).glob(f"{source.stem}.run_steps-*.nbi")
+    return any(index.stat().st_mtime >= source.stat().st_mtime for index in indexes)
 
 
 class CompiledLoop:

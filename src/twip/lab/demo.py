@@ -76,7 +76,8 @@ class Demo:
 
     balanced: bool
     interrupted: bool
-    text: str
+    rows: tuple[tuple[str, str], ...]
+    """Labels and what there is to say."""
     log: Path
     picture: Path
 
@@ -109,5 +110,4 @@ def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], N
         ("log", str(path)),
         ("picture", str(picture)),
     )
-    text = "\n".join(f"{name:<19} {value}" for name, value in rows)
-    return Demo(verdict.balanced, result.interrupted, text, path, picture)
+    return Demo(verdict.balanced, result.interrupted, rows, path, picture)

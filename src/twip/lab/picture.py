@@ -70,7 +70,8 @@ def stand_up_picture(log: Playback, release: float, path: Path) -> None:
             axes.axvline(release, color=GREY, linewidth=0.8, linestyle=":")
             axes.axhline(0.0, color=GREY, linewidth=0.5)
             axes.set_xlim(log.times[0], log.times[-1])
-            axes.legend(loc="upper right", frameon=False, ncols=2)
+            axes.margins(y=0.12)
+            axes.legend(loc="best", frameon=False, ncols=2)
         top = (release, pitch.get_ylim()[1])
         pitch.annotate("released", top, xytext=(4, -10), textcoords="offset points", color=GREY)
         try:

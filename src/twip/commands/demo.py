@@ -1,0 +1,38 @@
+"""`twip demo`: build the robot, stand it up, and say how it went."""
+
+import argparse
+from pathlib import Path
+
+from ..lab.demo import demo
+from .terminal import INTERRUPTED, notice, print_rows, progress_bar
+
+DESCRIPTION = """\
+examples:
+  twip demo
+  twip demo --out /tmp/robot
+
+Build the robot, stand it up from 27 degrees, print a summary, and write log and picture.
+The exit status is 0 only when the robot balances."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path(),
+        metavar="DIR",
+        help="where fmus/, ssp/ and logs/ are written; default: the current folder",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demonstration, and return the exit status."""
+    with progress_bar("standing up", 10.0, "s") as progress:
+        report = demo(arguments.out, progress, notice)
+    print_rows(*report.rows)
+    if report.interrupted:
+        return INTERRUPTED
+    return 0 if report.balanced else 1

@@ -1,0 +1,38 @@
+"""`twip parameters`: every parameter of a system as a parameter set to edit."""
+
+import argparse
+from pathlib import Path
+
+from ..cosim import load
+from ..cosim.parameter_file import parameters_of, write_parameter_set
+from .terminal import print_rows
+
+DESCRIPTION = """\
+examples:
+  twip parameters ssp/twip.ssp
+  twip parameters ssp/twip.ssp --output-file heavier.ssv
+
+List every parameter of a system's components with the value it starts with, or write them as a parameter set that
+`twip run --parameters` takes."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument("ssp", help=".ssp archive, unpacked folder or .ssd file")
+    parser.add_argument("--output-file", type=Path, metavar="FILE.ssv", help="write a parameter set; default: print")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """List or write the parameters, and return the exit status."""
+    with load(arguments.ssp) as system:
+        entries = parameters_of(system)
+    if arguments.output_file is None:
+        for entry in entries:
+            value = str(entry.value).lower() if isinstance(entry.value, bool) else entry.value
+            print(f"{entry.name:<40} {value}{f' {entry.unit.name}' if entry.unit else ''}")
+    else:
+        write_parameter_set(arguments.output_file, arguments.output_file.stem, entries)
+        print_rows(("parameters", len(entries)), ("parameter set", arguments.output_file))
+    return 0

@@ -1,0 +1,190 @@
+"""`twip run`: run a system of FMUs and log it."""
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from ..cosim import CsvSink, Result, load, simulate
+from ..cosim.checkpoint import Checkpoint
+from ..cosim.experiment import TimeGrid, time_grid
+from ..cosim.log import Attachment, McapLog
+from ..cosim.record import Sink
+from ..errors import TwipError
+from .terminal import INTERRUPTED, notice, print_rows, progress_bar
+
+DEFAULT = Path()
+"""Stands for the default path where an option is given without one."""
+EXAMPLES = """\
+examples:
+  twip run ssp/twip.ssp
+  twip run ssp/twip.ssp --stop-time 5 --start-values plant.pitch_start 0.3 imu.seed 7
+  twip run ssp/twip.ssp --parameters ssp/parameters/pid.ssv --log logs/pid.mcap
+  twip run ssp/twip.ssp --input-file ssp/inputs/push.csv --output-file push.csv
+  twip run ssp/twip.ssp --checkpoint-every 1
+  twip run ssp/twip.ssp --resume logs/twip.checkpoint --stop-time 20
+"""
+CACHE = """\
+Unpacked FMUs and the code compiled for them are kept for later runs in ~/.cache/twip, or in the folder
+that the variable TWIP_CACHE names; delete it when no run uses it to get the space back."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = f"{EXAMPLES}\nRun a system of FMUs (SSP) and log it.\n\n{CACHE}"
+    parser.add_argument("ssp", help=".ssp archive, unpacked folder or .ssd file")
+    parser.add_argument("--start-time", type=float, metavar="S", help="start time in s; default: the system's, else 0")
+    parser.add_argument("--stop-time", type=float, metavar="S", help="stop time in s; default: the system's")
+    parser.add_argument(
+        "--step-size",
+        type=float,
+        metavar="S",
+        help="communication step in s; default: the system's, else the smallest of its FMUs",
+    )
+    parser.add_argument(
+        "--start-values",
+        nargs="+",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="start values of component.variable, in the variable's unit",
+    )
+    parser.add_argument(
+        "--parameters",
+        nargs="+",
+        default=[],
+        metavar="FILE.ssv",
+        help="parameter sets with names component.variable; a later one wins",
+    )
+    parser.add_argument(
+        "--input-file", metavar="FILE.csv", help="time series for open inputs: columns time in s, component.variable"
+    )
+    parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
+    parser.add_argument("--coupling", choices=["jacobi", "gauss-seidel"], help="default: the system's, else jacobi")
+    parser.add_argument(
+        "--mid-step",
+        nargs="*",
+        metavar="NAME",
+        help="inputs (component.variable) that are taken at the middle of each step, none without names; "
+        "default: the system's, unless --coupling is given",
+    )
+    parser.add_argument(
+        "--loop",
+        choices=["compiled", "python"],
+        help="how steps are executed, with the same results; default: compiled where numba is installed",
+    )
+    parser.add_argument(
+        "--log",
+        type=Path,
+        metavar="FILE.mcap",
+        help="default: logs/<system>.mcap; of a resumed run logs/<system>-from-<time>s.mcap",
+    )
+    parser.add_argument("--no-log", action="store_true", help="write no log")
+    parser.add_argument(
+        "--checkpoint",
+        nargs="?",
+        type=Path,
+        const=DEFAULT,
+        metavar="FILE",
+        help="keep the state of the whole run at its end, also after Ctrl-C, for --resume; "
+        "default: none, without FILE or with --checkpoint-every logs/<system>.checkpoint",
+    )
+    parser.add_argument(
+        "--checkpoint-every",
+        type=float,
+        metavar="S",
+        help="keep the state every S simulated seconds too; default: at the end only",
+    )
+    parser.add_argument(
+        "--resume",
+        type=Path,
+        metavar="FILE",
+        help="go on from a checkpoint, with all other options as before; only --stop-time (in s) may be later, "
+        "and inputs later than the checkpoint may differ",
+    )
+    parser.set_defaults(run=run)
+
+
+def pairs(values: Sequence[str]) -> dict[str, str]:
+    """Return the name-value pairs of `--start-values a 1 b 2`."""
+    if len(values) % 2:
+        raise TwipError(
+            f"--start-values {' '.join(values)}: names and values must come in pairs, but {values[-1]} has no value"
+        )
+    return dict(zip(values[::2], values[1::2], strict=True))
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the system, and return the exit status."""
+    with load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
+        grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
+        default = Path("logs") / Path(arguments.ssp).stem
+        if arguments.resume is not None:
+            default = from_time(default, grid.times(Checkpoint.read(arguments.resume).steps, 0)[0])
+        log = None if arguments.no_log else arguments.log or default.with_name(f"{default.name}.mcap")
+        checkpoint = arguments.checkpoint
+        if checkpoint == DEFAULT or (checkpoint is None and arguments.checkpoint_every is not None):
+            checkpoint = Path("logs") / f"{Path(arguments.ssp).stem}.checkpoint"
+        metadata = {
+            **system.provenance(),
+            "run": {"command": shlex.join(["twip", *arguments.words]), "twip": version("twip")},
+        }
+        attachments = [
+            Attachment.file(Path(p))
+            for p in (arguments.ssp, *arguments.parameters, arguments.input_file)
+            if p and Path(p).is_file()
+        ]
+
+        def sinks(grid: TimeGrid) -> list[Sink]:
+            opened: list[Sink] = []
+            if log is not None:
+                opened.append(McapLog(log, system.channels, metadata, attachments, start_time=grid.start))
+            if arguments.output_file is not None:
+                opened.append(CsvSink(arguments.output_file, system.channels))
+            return opened
+
+        with progress_bar(system.name, grid.stop, "s") as progress:
+            result = simulate(
+                system,
+                start_time=grid.start,
+                stop_time=grid.stop,
+                step_size=grid.step_size,
+                coupling=arguments.coupling,
+                mid_step=arguments.mid_step,
+                input_file=arguments.input_file,
+                sinks=sinks,
+                progress=progress,
+                notice=notice,
+                loop=arguments.loop,
+                checkpoint=checkpoint,
+                checkpoint_every=arguments.checkpoint_every,
+                resume=arguments.resume,
+            )
+    print_result(result)
+    print_rows(("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint))
+    if result.interrupted and result.checkpoint is not None:
+        more = ["--resume", str(result.checkpoint)]
+        for option, path in (("--log", arguments.log), ("--output-file", arguments.output_file)):
+            if path is not None:  # a later option wins: the files of this run are not replaced
+                more += [option, str(from_time(path, result.time))]
+        print_rows(("go on by", shlex.join(["twip", *arguments.words, *more])))
+    return INTERRUPTED if result.interrupted else 0
+
+
+def from_time(path: Path, time: float) -> Path:
+    """Return the path of a file that begins at `time` in s instead of the start time."""
+    return path.with_name(f"{path.stem}-from-{time:g}s{path.suffix}")
+
+
+def print_result(result: Result) -> None:
+    """Print what a run did."""
+    for warning in result.warnings:
+        print(f"twip: warning: {warning}", file=sys.stderr)
+    start = f" from {result.start_time:g} s" if result.start_time else ""
+    steps = f"{result.steps} steps of {result.step_size:g} s ({result.coupling})"
+    print_rows(
+        ("interrupted at" if result.interrupted else "simulated to", f"{result.time:g} s{start} in {steps}"),
+        ("start-up", f"{result.setup_time:.2f} s"),
+        ("real-time factor", f"{result.real_time_factor:.1f} ({result.wall_time:.2f} s)"),
+    )
