@@ -22,7 +22,7 @@ FORCE = (
     "ground_slope",
     "ground_slope_rate",
 )
-SIDE_FORCE = ("pitch", "pitch_rate", "wheel_rate", "yaw_rate", "yaw_acceleration", "ground_slope")
+SIDE_FORCE = ("pitch", "pitch_rate", "wheel_rate", "yaw_rate", "yaw_acceleration", "ground_slope", "ground_slope_rate")
 
 VARIABLES = (
     *(parameter(name) for name in (
@@ -36,15 +36,15 @@ VARIABLES = (
     input("pitch_acceleration", "rad/s2", "pitch acceleration"),
     input("wheel_rate", "rad/s", "mean absolute wheel rate, forward positive"),
     input("wheel_acceleration", "rad/s2", "mean absolute wheel acceleration"),
-    input("yaw_rate", "rad/s", "yaw rate about the vertical, left positive", display_unit="deg/s"),
+    input("yaw_rate", "rad/s", "yaw rate about the ground's normal, left positive", display_unit="deg/s"),
     input("yaw_acceleration", "rad/s2", "yaw acceleration"),
     input("ground_slope", "rad", "slope of the ground under the axle along the heading, uphill positive",
           display_unit="deg"),
     input("ground_slope_rate", "rad/s", "rate of the slope"),
     output("gyro", "rad/s", "measured rate about the body's y axis (left): pitch", ("pitch_rate",), "deg/s",
            variability="discrete"),
-    output("gyro_yaw", "rad/s", "measured rate about the body's z axis (up)", ("pitch", "yaw_rate"), "deg/s",
-           variability="discrete"),
+    output("gyro_yaw", "rad/s", "measured rate about the body's z axis (up)", ("pitch", "yaw_rate", "ground_slope"),
+           "deg/s", variability="discrete"),
     output("accel_x", "m/s2", "measured specific force along the body's x axis (forward)", FORCE,
            variability="discrete"),
     output("accel_y", "m/s2", "measured specific force along the body's y axis (left)", SIDE_FORCE,
@@ -99,7 +99,7 @@ def draw(v: Any) -> tuple[float, float]:
 @kernel
 def measure(v: Any, gyro: float, gyro_yaw: float, accel_x: float, accel_y: float, accel_z: float) -> None:
     """Set the outputs: truth, bias, drift, and noise given as standard normal numbers; then quantization."""
-    rate_y, rate_z = angular_rate(v.pitch, v.pitch_rate, v.yaw_rate)
+    rate_y, rate_z = angular_rate(v.pitch, v.pitch_rate, v.yaw_rate, v.ground_slope)
     force_x, force_y, force_z = specific_force(
         v.pitch, v.pitch_rate, v.pitch_acceleration, v.wheel_rate, v.wheel_acceleration, v.yaw_rate, v.yaw_acceleration,
         v.ground_slope, v.ground_slope_rate, v.gravity, v.wheel_radius, v.sensor_distance, v.sensor_elevation,

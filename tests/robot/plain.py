@@ -2,6 +2,7 @@
 
 import csv
 import importlib.util
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -107,3 +108,8 @@ def regenerate(name: str) -> None:
     rows = read(FMUS / name / "input.csv")
     steps = round(rows[-1]["time"] / block.step_size)
     write(FMUS / name / "output.csv", simulate(block, instance(block), rows, block.step_size, steps))
+
+
+if __name__ == "__main__":
+    for block_name in sys.argv[1:]:
+        regenerate(block_name)
