@@ -19,7 +19,8 @@ ALLOWED = {
         *("twip.cosim", "twip.errors"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
-    "lab": {"twip", "matplotlib", "numpy", "scipy"},
+    "lab": {"twip", "matplotlib", "numpy", "rich", "scipy"},
+    "commands": {"twip", "rich"},
 }
 """Per layer, what a module may import besides the standard library."""
 
