@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from lxml import etree
 
+from twip.cli import COMMANDS
 from twip.cosim.playback import read
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
@@ -195,7 +196,7 @@ def test_parameters_can_be_edited_and_given_back(ssp, tmp_path):
     assert log.metadata["start values plant"]["body_mass"] == "2.25"
 
 
-@pytest.mark.parametrize("command", [[], ["build"], ["run"], ["demo"], ["parameters"]])
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)], ids=str)
 def test_help_begins_with_examples(tmp_path, command):
     result = twip(*command, "--help", cwd=tmp_path)
     assert result.returncode == 0

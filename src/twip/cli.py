@@ -14,6 +14,9 @@ COMMANDS = {
     "build": "build the FMUs and SSPs",
     "run": "run a system of FMUs",
     "parameters": "list a system's parameters",
+    "identify": "friction and inertia of a motor from bench data",
+    "paper": "run the paper's experiments and check its claims",
+    "stability": "where the controller stands although its model is wrong",
 }
 """Each is a module of `commands`; only the one that is called is imported, for some take their time."""
 DESCRIPTION = """\

@@ -1,0 +1,77 @@
+"""How the pictures look: the real quantity is a broad dark line, every estimate a thin coloured one."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+
+from ...errors import TwipError
+
+INK, GREY, BLUE, RED, ORANGE, GREEN = "#222222", "#9a9a9a", "#1f6fb4", "#d1495b", "#e08e2b", "#3a8f5c"
+REAL: dict[str, Any] = {"color": INK, "linewidth": 2.4, "alpha": 0.85}
+"""Line of a real quantity."""
+THIN: dict[str, Any] = {"linewidth": 1.1}
+"""Line of an estimate; it takes a colour of its own."""
+BROAD: dict[str, Any] = {"linewidth": 1.8}
+"""Line of one of several real quantities that are compared."""
+WHEEL, HEIGHT, WIDTH = 0.05, 0.20, 0.07
+"""Drawn sizes of the robot in m."""
+STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": GREY,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.4,
+}
+
+
+@contextmanager
+def picture(path: Path, title: str, heights: Sequence[float], width: float = 9.0, columns: int = 1) -> Iterator[Any]:
+    """Give the axes of a picture with rows of these `heights` in inches, and write it as PNG at the end.
+
+    With one column a list of axes, with more an array (rows, columns). Raises TwipError when it cannot be written.
+    """
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(width, sum(heights) + 0.5), layout="constrained")
+        figure.get_layout_engine().set(hspace=0.06, wspace=0.06)  # type: ignore[union-attr, call-arg]
+        axes = figure.subplots(len(heights), columns, height_ratios=list(heights), squeeze=False)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=11, color=INK)
+        yield list(axes[:, 0]) if columns == 1 else axes
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, dpi=130, metadata={"Software": None})
+        except OSError as error:
+            raise TwipError(f"{path}: the picture cannot be written ({error.strerror})") from None
+
+
+def legend(axes: Axes, columns: int = 5) -> None:
+    """Put the legend above the axes, where it hides no data."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=columns, borderaxespad=0.2)
+
+
+def label(axes: Axes, vertical: str, horizontal: str | None = "time [s]") -> None:
+    """Name both axes, and draw the line of zero."""
+    axes.set_ylabel(vertical)
+    if horizontal is not None:
+        axes.set_xlabel(horizontal)
+    axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0)
+
+
+def robot(axes: Axes, centre: float, pitch: float) -> None:
+    """Draw the robot with its axle at `centre` m, seen from its right so that forward is to the right; pitch in rad."""
+    sine, cosine = np.sin(pitch), np.cos(pitch)
+    corners = np.array([(-0.5, 0.1), (0.5, 0.1), (0.5, 1.0), (-0.5, 1.0)]) * (WIDTH, HEIGHT)
+    turned = corners @ np.array([(cosine, -sine), (sine, cosine)]) + (centre, WHEEL)
+    axes.add_patch(Polygon(turned, closed=True, facecolor="#dfe9f3", edgecolor=BLUE, linewidth=1.2, zorder=2))
+    axes.add_patch(Circle((centre, WHEEL), WHEEL, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3))
+    axes.add_patch(Circle((centre, WHEEL), 0.006, facecolor=INK, zorder=4))
