@@ -3,8 +3,10 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import zipfile
 
 import numpy as np
@@ -178,6 +180,89 @@ def test_an_fmu_that_fails_in_the_middle_keeps_the_log_up_to_there(ssp, tmp_path
     assert log.complete
     assert 0.19 < log.times[-1] < 0.21
     assert any(event.level == "error" and "plant" in event.message for event in log.events)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--log", "robot.ssp"],
+        ["--output-file", "robot.ssp"],
+        ["--checkpoint", "robot.ssp"],
+        ["--input-file", "in.csv", "--output-file", "in.csv"],
+        ["--parameters", "some.ssv", "--log", "some.ssv"],
+        ["--log", "same", "--output-file", "same"],
+        ["--log", "same", "--checkpoint", "same"],
+        ["--resume", "some.checkpoint", "--log", "some.checkpoint"],
+        ["--log", "link.mcap"],
+    ],
+    ids=" ".join,
+)
+def test_nothing_is_written_over_what_is_read_or_written_too(ssp, tmp_path, words):
+    (tmp_path / "in.csv").write_text("time,plant.push_force\n0,0\n")
+    (tmp_path / "link.mcap").symlink_to(ssp)
+    assert twip("parameters", ssp, "--output-file", "some.ssv", cwd=tmp_path).returncode == 0
+    made = twip("run", ssp, "--stop-time", 0.01, "--no-log", "--checkpoint", "some.checkpoint", cwd=tmp_path)
+    assert made.returncode == 0
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir() if p.is_file()}
+    refused(twip("run", ssp, *words, cwd=tmp_path), "the command also")
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir() if p.is_file()} == before
+
+
+def test_parameters_are_not_written_over_the_system(ssp, tmp_path):
+    refused(twip("parameters", ssp, "--output-file", ssp, cwd=tmp_path), "the command also reads it")
+
+
+def test_options_that_exclude_each_other(ssp, tmp_path):
+    refused(twip("run", ssp, "--log", "a.mcap", "--no-log", cwd=tmp_path), "a.mcap")
+    twice = ["--start-values", "imu.seed", "1", "imu.seed", "2"]
+    refused(twip("run", ssp, *twice, cwd=tmp_path), "imu.seed is given more than once")
+
+
+def test_warnings_of_components_are_told(ssp, tmp_path):
+    words = ["--stop-time", 0.1, "--no-log", "--start-values", "imu.sample_time", 0.0017]
+    result = twip("run", ssp, *words, cwd=tmp_path)
+    assert result.returncode == 0
+    told = [line for line in result.stderr.splitlines() if "warning" in line]
+    assert len(told) == 1
+    assert "imu" in told[0]
+    assert "sample_time = 0.0017 s is not a multiple of the step 0.001 s" in told[0]
+
+
+def test_a_build_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    refused(twip("build", "--out", "file", cwd=tmp_path), "file/fmus", "cannot be written")
+    refused(twip("demo", "--out", "file", cwd=tmp_path), "file/fmus", "cannot be written")
+
+
+def test_a_reader_that_has_seen_enough(ssp, tmp_path):
+    command = f"{sys.executable} -m twip.cli parameters {ssp} | head -1"
+    result = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert result.stdout.startswith("left.coulomb_forward")
+    assert result.stderr == ""
+
+
+def test_a_terminal_without_degrees(tmp_path):
+    result = twip("demo", cwd=tmp_path, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+    assert result.returncode == 0, result.stderr
+    assert "27.0?" in result.stdout
+
+
+@pytest.mark.parametrize("delay", [0.15, 0.6, 1.5, 2.5])
+@pytest.mark.parametrize("command", ["demo", "run"])
+def test_ctrl_c_at_any_time_is_no_traceback(ssp, tmp_path, command, delay):
+    """During the interpreter's own start it is Python that ends; afterwards it is one line or a summary."""
+    words = ["run", ssp, "--stop-time", "100"] if command == "run" else ["demo"]
+    environment = {**os.environ, "TWIP_CACHE": str(tmp_path / "cold")}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "twip.cli", *map(str, words)],
+        cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(delay)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode in (130, -signal.SIGINT)
+    if "site.py" not in errors and "runpy" not in errors:
+        assert "Traceback" not in errors
 
 
 def test_build_names_the_blocks_there_are(tmp_path):

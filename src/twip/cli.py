@@ -1,14 +1,18 @@
 """The command line: `twip COMMAND`."""
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.metadata import version
+from io import TextIOWrapper
 
 from .commands.terminal import INTERRUPTED
 from .errors import TwipError
 
+CLOSED_PIPE = 141
+"""Exit status when nobody reads on: 128 + SIGPIPE."""
 COMMANDS = {
     "demo": "build the robot and stand it up from 27 degrees",
     "build": "build the FMUs and SSPs",
@@ -49,10 +53,14 @@ def parser(chosen: str | None = None) -> argparse.ArgumentParser:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; a user's mistake is one line on standard error and status 1."""
     words = list(sys.argv[1:] if words is None else words)
-    arguments = parser(words[0] if words else None).parse_args(words)
-    arguments.words = words
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that lacks a character gets a question mark
     try:
-        return int(arguments.run(arguments))
+        arguments = parser(words[0] if words else None).parse_args(words)
+        arguments.words = words
+        status = int(arguments.run(arguments))
+        sys.stdout.flush()
     except TwipError as error:
         for line in str(error).splitlines():
             print(f"twip: {line}", file=sys.stderr)
@@ -60,6 +68,10 @@ def main(words: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("twip: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except BrokenPipeError:  # whoever read our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return CLOSED_PIPE
+    return status
 
 
 if __name__ == "__main__":

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from ..lab.demo import demo
-from .terminal import INTERRUPTED, notice, print_rows, progress_bar
+from .progress import progress_bar
+from .terminal import INTERRUPTED, notice, print_rows
 
 DESCRIPTION = """\
 examples:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ..cosim import load
 from ..cosim.parameter_file import parameters_of, write_parameter_set
+from .paths import refuse_clashes
 from .terminal import print_rows
 
 DESCRIPTION = """\
@@ -26,6 +27,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """List or write the parameters, and return the exit status."""
+    refuse_clashes([("SSP", arguments.ssp)], {"--output-file": arguments.output_file})
     with load(arguments.ssp) as system:
         entries = parameters_of(system)
     if arguments.output_file is None:

@@ -2,7 +2,6 @@
 
 import argparse
 import shlex
-import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +12,9 @@ from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.log import Attachment, McapLog
 from ..cosim.record import Sink
 from ..errors import TwipError
-from .terminal import INTERRUPTED, notice, print_rows, progress_bar
+from .paths import refuse_clashes
+from .progress import progress_bar
+from .terminal import INTERRUPTED, Warnings, notice, print_rows
 
 DEFAULT = Path()
 """Stands for the default path where an option is given without one."""
@@ -112,11 +113,16 @@ def pairs(values: Sequence[str]) -> dict[str, str]:
         raise TwipError(
             f"--start-values {' '.join(values)}: names and values must come in pairs, but {values[-1]} has no value"
         )
+    twice = sorted({name for name in values[::2] if values[::2].count(name) > 1})
+    if twice:
+        raise TwipError(f"--start-values: {', '.join(twice)} is given more than once")
     return dict(zip(values[::2], values[1::2], strict=True))
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the system, and return the exit status."""
+    if arguments.no_log and arguments.log is not None:
+        raise TwipError(f"--log {arguments.log} and --no-log exclude each other")
     with load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
         grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
         default = Path("logs") / Path(arguments.ssp).stem
@@ -126,6 +132,11 @@ def run(arguments: argparse.Namespace) -> int:
         checkpoint = arguments.checkpoint
         if checkpoint == DEFAULT or (checkpoint is None and arguments.checkpoint_every is not None):
             checkpoint = Path("logs") / f"{Path(arguments.ssp).stem}.checkpoint"
+        reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
+        reads.append(("--input-file", arguments.input_file))
+        writes = {"--log": log, "--output-file": arguments.output_file, "--checkpoint": checkpoint}
+        refuse_clashes(reads, writes)
+        refuse_clashes([("--resume", arguments.resume)], {**writes, "--checkpoint": None})
         metadata = {
             **system.provenance(),
             "run": {"command": shlex.join(["twip", *arguments.words]), "twip": version("twip")},
@@ -137,7 +148,7 @@ def run(arguments: argparse.Namespace) -> int:
         ]
 
         def sinks(grid: TimeGrid) -> list[Sink]:
-            opened: list[Sink] = []
+            opened: list[Sink] = [Warnings()]
             if log is not None:
                 opened.append(McapLog(log, system.channels, metadata, attachments, start_time=grid.start))
             if arguments.output_file is not None:
@@ -179,8 +190,6 @@ def from_time(path: Path, time: float) -> Path:
 
 def print_result(result: Result) -> None:
     """Print what a run did."""
-    for warning in result.warnings:
-        print(f"twip: warning: {warning}", file=sys.stderr)
     start = f" from {result.start_time:g} s" if result.start_time else ""
     steps = f"{result.steps} steps of {result.step_size:g} s ({result.coupling})"
     print_rows(

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from ..lab.stability_report import report
-from .terminal import print_rows, progress_bar
+from .progress import progress_bar
+from .terminal import print_rows
 
 DESCRIPTION = """\
 examples:

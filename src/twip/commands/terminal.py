@@ -1,25 +1,12 @@
-"""What the commands share: progress and notices on standard error, rows of results on standard output."""
+"""What the commands say: notices and warnings on standard error, rows of results on standard output."""
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+import numpy as np
+from numpy.typing import NDArray
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C: 128 + SIGINT."""
-
-
-@contextmanager
-def progress_bar(label: str, total: float, unit: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar on standard error while the block runs; silent where that is not a terminal."""
-    console = Console(stderr=True)
-    text = TextColumn("{task.completed:.1f}/{task.total:g} " + unit)
-    columns = (TextColumn("{task.description}"), BarColumn(), text, TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(label, total=total)
-        yield lambda done: bar.update(task, completed=done)
 
 
 def notice(text: str) -> None:
@@ -32,3 +19,23 @@ def print_rows(*rows: tuple[str, object]) -> None:
     for label, content in rows:
         if content is not None:
             print(f"{label:<19} {content}")
+
+
+class Warnings:
+    """A sink that prints each warning of a component or of the master once, on standard error."""
+
+    def __init__(self) -> None:
+        self._said: set[tuple[str, str]] = set()
+
+    def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
+        """Rows are for other sinks."""
+
+    def event(self, time: float, level: str, source: str, message: str) -> None:
+        """Print a warning that has not been printed yet."""
+        if level == "warning" and (source, message) not in self._said:
+            self._said.add((source, message))
+            where = f"{source} at t = {time:g} s: " if source else ""
+            print(f"twip: warning: {where}{message}", file=sys.stderr)
+
+    def close(self) -> None:
+        """Nothing is kept open."""

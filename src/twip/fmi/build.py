@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -47,6 +48,13 @@ def build_all(
 
 def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None]) -> list[Path]:
     """Build the FMU of each (face, output) in a process of its own, as many at a time as there are processors."""
+    for folder in {output.parent for _, output in jobs}:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            raise TwipError(f"{folder}: cannot be written: {error.strerror}") from None
     with ThreadPoolExecutor(max_workers=min(len(jobs), os.cpu_count() or 1) or 1) as pool:
         problems = []
         for (_, output), problem in zip(jobs, pool.map(_build_block, jobs), strict=True):
@@ -62,17 +70,16 @@ def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None]) 
 def _build_block(job: tuple[Path, Path]) -> str:
     """Build one FMU and return what went wrong, or nothing."""
     face, output = job
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        return f"{output.parent}: cannot be written: {error.strerror}"
     path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "twip.fmi.package", str(face.resolve()), str(output.resolve())]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if run.returncode == 0:
         return ""
-    return run.stderr.strip() or f"block {face.stem}: the build ended with status {run.returncode}"
+    said = run.stderr.strip()
+    if run.returncode != 1 or "Traceback" in said:  # not one of our own messages
+        return f"block {face.stem}: the build ended with status {run.returncode}: {(said.splitlines() or [''])[-1]}"
+    return said
 
 
 def _copy_loose(source: Path, target: Path) -> None:

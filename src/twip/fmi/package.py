@@ -126,6 +126,9 @@ def main(arguments: list[str]) -> int:
     except TwipError as error:
         print(error, file=sys.stderr)
         return 1
+    except OSError as error:
+        print(f"{error.filename or arguments[1]}: cannot be written: {error.strerror}", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -96,12 +96,14 @@ def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], N
             return [McapLog(path, system.channels, metadata, [Attachment.file(ssp)], start_time=grid.start)]
 
         result = simulate(system, sinks=sinks, progress=progress, notice=notice)
+    if result.interrupted:
+        return Demo(False, True, (("verdict", f"interrupted at {result.time:g} s"), ("log", str(path))), path, picture)
     log = read(path)
     verdict = judge(log)
     stand_up_picture(log, verdict.release, picture)
     start = degrees(log["plant.pitch"][0])
     rows = (
-        ("verdict", f"interrupted at {result.time:g} s" if result.interrupted else verdict.sentence()),
+        ("verdict", verdict.sentence()),
         ("start", f"{start:.1f}°, released at {verdict.release:g} s"),
         ("steady-state error", f"{degrees(verdict.steady_state_error):.2f}°"),
         ("estimator error", f"at most {degrees(verdict.estimator_error):.2f}°"),

@@ -1,0 +1,24 @@
+"""Keeps a command from writing over what it reads, or twice into one file."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ..errors import TwipError
+
+
+def refuse_clashes(reads: Sequence[tuple[str, Path | str | None]], writes: Mapping[str, Path | None]) -> None:
+    """Raise TwipError when two of the files to write, or one to write and one to read, are the same.
+
+    `reads` are (what, path), `writes` map the option that names a file to its path; None is no file.
+    """
+    known = {Path(path).resolve(): (f"reads it ({what})") for what, path in reads if path is not None}
+    problems = []
+    for option, path in writes.items():
+        if path is None:
+            continue
+        file = path.resolve()
+        if file in known:
+            problems.append(f"{option} {path}: the command also {known[file]}")
+        known[file] = f"writes it ({option})"
+    if problems:
+        raise TwipError("\n".join(problems))
