@@ -1,0 +1,35 @@
+"""The README's commands and what it prints are those of the program."""
+
+import re
+import shlex
+from pathlib import Path
+
+from twip.cli import COMMANDS, parser
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def commands():
+    """Return the words of every `twip …` line of the README and the documents, without its comment."""
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if re.match(r"    twip [a-z]", line):
+                yield path.name, shlex.split(line.split(" #")[0])[1:]
+
+
+def test_every_command_of_the_documents_is_understood():
+    found = list(commands())
+    assert {words[0] for _, words in found} >= {"run", "parameters", "identify", "paper", "stability"}
+    for _, words in found:
+        assert words[0] in COMMANDS
+        parser(words[0]).parse_args(words)  # exits with status 2 at an unknown option
+
+
+def test_files_that_the_readme_names_exist():
+    for target in re.findall(r"\]\(([\w./]+)\)", README):
+        assert (ROOT / target).exists(), target
+    for folder in re.findall(r"^\| `([\w/]+)/", README, re.MULTILINE):
+        assert (ROOT / folder).is_dir(), folder
+    for path in re.findall(r"ssp/(?:parameters|inputs)/\w+\.\w+", README):
+        assert (ROOT / path).is_file(), path
