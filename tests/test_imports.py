@@ -20,7 +20,7 @@ ALLOWED = {
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
     "lab": {"twip", "matplotlib", "numpy", "rich", "scipy"},
-    "commands": {"twip", "rich"},
+    "commands": {"twip", "numpy", "rich"},
 }
 """Per layer, what a module may import besides the standard library."""
 

@@ -6,28 +6,13 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
 
 from ..cosim.playback import Playback
 from ..errors import TwipError
+from .drawing import BLUE, GREY, INK, RED, robot
 
-INK, GREY, BLUE, RED = "#222222", "#9a9a9a", "#1f6fb4", "#d1495b"
-WHEEL_RADIUS, BODY_HEIGHT, BODY_WIDTH = 0.05, 0.20, 0.07
-"""Drawn sizes in m."""
 SNAPSHOTS = (-0.3, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 3.0)
 """Instants of the drawn robots, in s after the release."""
-
-
-def _robot(axes: Axes, centre: float, pitch: float) -> None:
-    """Draw the robot from its left side with its axle at `centre` m; forward is to the right, `pitch` in rad."""
-    sine, cosine = np.sin(pitch), np.cos(pitch)
-    corners = np.array([(-0.5, 0.1), (0.5, 0.1), (0.5, 1.0), (-0.5, 1.0)]) * (BODY_WIDTH, BODY_HEIGHT)
-    turned = corners @ np.array([(cosine, -sine), (sine, cosine)]) + (centre, WHEEL_RADIUS)
-    axes.add_patch(Polygon(turned, closed=True, facecolor="#dfe9f3", edgecolor=BLUE, linewidth=1.2, zorder=2))
-    axes.add_patch(
-        Circle((centre, WHEEL_RADIUS), WHEEL_RADIUS, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3)
-    )
-    axes.add_patch(Circle((centre, WHEEL_RADIUS), 0.006, facecolor=INK, zorder=4))
 
 
 def _snapshots(axes: Axes, log: Playback, release: float) -> None:
@@ -35,7 +20,7 @@ def _snapshots(axes: Axes, log: Playback, release: float) -> None:
     pitch = np.interp([release + t for t in instants], log.times, log["plant.pitch"])
     for column, (instant, angle) in enumerate(zip(instants, pitch, strict=True)):
         centre = 0.33 * column
-        _robot(axes, centre, float(angle))
+        robot(axes, centre, float(angle))
         label = "held" if instant < 0 else f"{instant:g} s"
         axes.text(centre, -0.03, f"{label}\n{np.degrees(angle):.1f}°", ha="center", va="top", fontsize=8, color=INK)
     axes.axhline(0.0, color=GREY, linewidth=1)

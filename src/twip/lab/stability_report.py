@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 from ..cosim.results import Table
 from ..fmi.build import build_all
 from ..robot.parameters import value
-from .paper.drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, label, legend, picture
+from .drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, label, legend, picture
 from .stability import DRIFT_TIME, DRIFTS, LOOPS, RELEASE, Loop, Mismatch, Study, Trial, run, study, tables
 
 KINDS = (

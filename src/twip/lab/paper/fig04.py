@@ -3,12 +3,12 @@
 import numpy as np
 
 from ...robot.parameters import value
+from ..drawing import BLUE, GREY, RED, THIN, label, legend, picture
 from ..identification.experiments import ZERO_TIME
 from ..identification.inertia import CurveFit, estimated_inertia, fit_curve, run_up_curve
 from ..identification.recording import Recording
 from .bench import Campaign, campaign
 from .checks import Check, Result
-from .drawing import BLUE, GREY, RED, THIN, label, legend, picture
 from .laboratory import Array, Laboratory
 
 SIDES = ("left", "right")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import ORANGE, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import ORANGE, REAL, RED, THIN, label, legend, picture
 from .laboratory import Laboratory
 from .metrics import fundamental, phase_lag
 from .swing import FAST, FAST_FREQUENCY, SLOW, encoder_pitch, swings

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...robot.parameters import value
+from ..drawing import BLUE, GREY, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import BLUE, GREY, REAL, RED, THIN, label, legend, picture
 from .laboratory import Array, Laboratory, Run
 from .swing import RELEASE, SLOW_AMPLITUDE, SLOW_FREQUENCY, encoder_pitch, error, smooth_step, swung
 

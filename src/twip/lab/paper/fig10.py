@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import ORANGE, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import ORANGE, REAL, RED, THIN, label, legend, picture
 from .laboratory import Experiment, Laboratory, Run
 from .swing import FAST, PRINTED_SIGNS, encoder_pitch, error, swings
 

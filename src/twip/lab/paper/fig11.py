@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import REAL, RED, THIN, label, legend, picture
 from .laboratory import Laboratory
 from .swing import FAST, SLOW, STOP, encoder_pitch, swings
 

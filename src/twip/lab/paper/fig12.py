@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import BLUE, ORANGE, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import BLUE, ORANGE, REAL, RED, THIN, label, legend, picture
 from .laboratory import Laboratory
 from .metrics import phase_lag
 from .swing import FAST, FAST_FREQUENCY, encoder_pitch, swings

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import BLUE, GREY, INK, REAL, RED, THIN, label, legend, picture, robot
 from .checks import Check, Result
-from .drawing import BLUE, GREY, INK, REAL, RED, THIN, label, legend, picture, robot
 from .laboratory import Experiment, Laboratory, Run
 from .metrics import settling_time
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...robot.parameters import value
+from ..drawing import BLUE, BROAD, GREY, INK, RED, label, legend, picture
 from .checks import Check, Result
-from .drawing import BLUE, BROAD, GREY, INK, RED, label, legend, picture
 from .laboratory import Experiment, Laboratory, Run
 from .metrics import excursions, reversals
 from .stand import END, RELEASE, STEADY, stand_up, stand_ups, steady_pitch

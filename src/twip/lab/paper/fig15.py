@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import BLUE, BROAD, RED, label, legend, picture
 from .checks import Check, Result
-from .drawing import BLUE, BROAD, RED, label, legend, picture
 from .laboratory import Laboratory
 from .stand import RELEASE, stand_up, stand_ups, voltage
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..drawing import BLUE, GREEN, RED, label, picture
 from .checks import Check, Result
-from .drawing import BLUE, GREEN, RED, label, picture
 from .laboratory import Experiment, Laboratory, Run
 from .metrics import overshoot
 from .stand import PITCH_ONLY, RELEASE, STEADY, stand_up, steady_pitch

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...robot.parameters import value
+from ..drawing import BLUE, BROAD, GREEN, GREY, INK, ORANGE, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import BLUE, BROAD, GREEN, GREY, INK, ORANGE, REAL, RED, THIN, label, legend, picture
 from .laboratory import Array, Experiment, Laboratory, Run
 from .metrics import slope
 from .stand import PITCH_ONLY, RELEASE

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...robot.parameters import value
+from ..drawing import BLUE, BROAD, GREY, INK, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
-from .drawing import BLUE, BROAD, GREY, INK, REAL, RED, THIN, label, legend, picture
 from .laboratory import Array, Experiment, Laboratory, Run
 from .metrics import time_to_reach
 

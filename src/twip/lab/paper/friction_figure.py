@@ -5,10 +5,10 @@ from matplotlib.axes import Axes
 from scipy.optimize import curve_fit
 
 from ...robot.parameters import value
+from ..drawing import BLUE, GREEN, RED, label, picture
 from ..identification.friction import Balance, balance
 from .bench import COULOMB, STRIBECK_SPEED, WAYS, Campaign, campaign
 from .checks import Check, Result
-from .drawing import BLUE, GREEN, RED, label, picture
 from .laboratory import Array, Laboratory
 
 LIMIT = 1.0

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from ...errors import TwipError
+from ..errors import TwipError
 
 INK, GREY, BLUE, RED, ORANGE, GREEN = "#222222", "#9a9a9a", "#1f6fb4", "#d1495b", "#e08e2b", "#3a8f5c"
 REAL: dict[str, Any] = {"color": INK, "linewidth": 2.4, "alpha": 0.85}
