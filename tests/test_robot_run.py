@@ -105,3 +105,24 @@ def test_a_killed_run_leaves_every_finished_chunk(built, tmp_path):
     assert len(found.times) >= 200
     assert len(found.times) % 200 <= 1  # whole chunks, and row 0
     assert np.all(np.isfinite(found["plant.pitch"]))
+
+
+def test_a_batch_systems_sigterm_ends_the_run_like_ctrl_c(built, tmp_path):
+    process, log = started(built, tmp_path, "--checkpoint", str(tmp_path / "state"))
+    process.send_signal(signal.SIGTERM)
+    out, errors = process.communicate(timeout=30)
+    assert process.returncode == 128 + signal.SIGTERM, errors
+    assert "interrupted at" in out
+    assert read(log).complete
+    assert (tmp_path / "state").is_file()
+
+
+def test_two_runs_do_not_write_one_log(built, tmp_path):
+    process, log = started(built, tmp_path)
+    command = [*TWIP, "run", str(built / "ssp" / "twip.ssp"), "--stop-time", "1", "--log", str(log)]
+    second = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert second.returncode == 1
+    assert "is being written by another run" in second.stderr
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=30)
+    assert read(log).complete

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 from ssp_writer import component, connection, system, write
 
-from twip.cosim import CsvSink, Table, load, simulate
+from twip.cosim import CsvSink, Table, load, playback, simulate
+from twip.cosim.interrupt import InterruptFlag
+from twip.cosim.log import McapLog
 from twip.errors import TwipError
 
 
@@ -107,8 +109,61 @@ def test_a_sink_that_cannot_write_ends_the_run_with_one_line(path, loop):
 
 
 def test_a_csv_path_that_cannot_be_written_is_named(path):
-    with load(path) as loaded, pytest.raises(TwipError, match=r"none/out\.csv: cannot be written"):
-        CsvSink(path.parent / "none" / "out.csv", loaded.channels)
+    (path.parent / "file").touch()
+    with load(path) as loaded, pytest.raises(TwipError, match=r"file/out\.csv: cannot be written"):
+        CsvSink(path.parent / "file" / "out.csv", loaded.channels)
+
+
+def test_missing_folders_of_a_csv_are_created(path):
+    with load(path) as loaded:
+        simulate(loaded, step_size=0.5, sinks=[CsvSink(path.parent / "a" / "b" / "out.csv", loaded.channels)])
+    assert len((path.parent / "a" / "b" / "out.csv").read_text().splitlines()) == 4
+
+
+DISK_FILLS = """
+    import resource, sys
+    from twip.cosim import CsvSink, load, simulate
+    from twip.errors import TwipError
+
+    with load(sys.argv[1]) as loaded:
+        csv = CsvSink(sys.argv[2], loaded.channels)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
+        try:
+            simulate(loaded, step_size=0.001, sinks=[csv], loop="python")
+        except TwipError as error:
+            print(error)
+"""
+
+
+def test_a_full_disk_names_the_csv_and_leaves_whole_rows(path):
+    out = path.parent / "out.csv"
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(DISK_FILLS), str(path), str(out)],
+        stdout=subprocess.PIPE, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    assert done.stdout == f"{out}: cannot be written (File too large)\n"
+    lines = out.read_text().splitlines(keepends=True)
+    assert len(lines) > 2
+    assert all(line.count(",") == 4 and line.endswith("\n") for line in lines)
+
+
+def test_a_file_that_another_run_writes_is_refused_and_stays_whole(path):
+    log, out = path.parent / "run.mcap", path.parent / "out.csv"
+    with load(path) as loaded:
+        first = [McapLog(log, loaded.channels, {}), CsvSink(out, loaded.channels)]
+        with pytest.raises(TwipError) as of_log:
+            McapLog(log, loaded.channels, {})
+        with pytest.raises(TwipError) as of_csv:
+            CsvSink(out, loaded.channels)
+        assert str(of_log.value) == f"log '{log}' is being written by another run"
+        assert str(of_csv.value) == f"{out} is being written by another run"
+        simulate(loaded, step_size=0.1, sinks=first)
+        assert len(out.read_text().splitlines()) == 12
+        assert playback.read(log).complete
+        # what is there is replaced as soon as nobody writes it
+        simulate(loaded, step_size=0.5, sinks=[McapLog(log, loaded.channels, {}), CsvSink(out, loaded.channels)])
+    assert len(out.read_text().splitlines()) == 4
+    assert len(playback.read(log).times) == 3
 
 
 def test_the_csv_holds_outputs_in_full_precision(path):
@@ -136,11 +191,12 @@ PROGRAM = """
         print("folder", loaded.workspace.path, flush=True)
         result = simulate(loaded, sinks=[table, csv], stop_time=1000, step_size=0.01, progress=tell, loop=sys.argv[3])
     print("rows", len(table.times), result.steps, result.interrupted, table.closed, flush=True)
-    sys.exit(130 if result.interrupted else 0)
+    sys.exit(128 + result.signal if result.interrupted else 0)
 """
 
 
-def test_ctrl_c_stops_between_two_steps_with_complete_output(path, tmp_path, loop):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_stops_between_two_steps_with_complete_output(path, tmp_path, loop, number):
     out = tmp_path / "interrupted.csv"
     process = subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(PROGRAM), str(path), str(out), loop], stdout=subprocess.PIPE, text=True
@@ -149,10 +205,10 @@ def test_ctrl_c_stops_between_two_steps_with_complete_output(path, tmp_path, loo
     assert process.stdout.readline().startswith("reached")
     time.sleep(0.3)
     sent = time.monotonic()
-    os.kill(process.pid, signal.SIGINT)
+    os.kill(process.pid, number)
     told = next(line for line in process.stdout if line.startswith("rows"))
     assert time.monotonic() - sent < 1.0  # one step takes 0.01 s
-    assert process.wait(timeout=30) == 130
+    assert process.wait(timeout=30) == 128 + number
     process.stdout.close()
     rows, steps, interrupted, closed = told.split()[1:]
     assert (interrupted, closed) == ("True", "True")
@@ -163,12 +219,33 @@ def test_ctrl_c_stops_between_two_steps_with_complete_output(path, tmp_path, loo
     assert not workspace.exists()
 
 
-def test_the_interrupt_handler_is_restored(path, loop):
-    before = signal.getsignal(signal.SIGINT)
-    run(path, "none", loop=loop)
-    assert signal.getsignal(signal.SIGINT) is before
+def test_the_signal_handlers_are_restored(path, loop):
+    def handlers():
+        return [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+
+    before = handlers()
+    _, result, _ = run(path, "none", loop=loop)
+    assert (result.interrupted, result.signal) == (False, None)
+    assert handlers() == before
     run(path, "raise", loop=loop)
-    assert signal.getsignal(signal.SIGINT) is before
+    assert handlers() == before
+
+
+def test_a_second_signal_does_what_it_did_before_and_an_ignored_one_stays_ignored():
+    seen = []
+    before = signal.signal(signal.SIGTERM, lambda number, _: seen.append(number))
+    ignored = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with InterruptFlag() as flag:
+            os.kill(os.getpid(), signal.SIGHUP)
+            assert not flag
+            os.kill(os.getpid(), signal.SIGTERM)
+            assert (bool(flag), flag.signal, seen) == (True, signal.SIGTERM, [])
+            os.kill(os.getpid(), signal.SIGTERM)
+            assert seen == [signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGHUP, ignored)
 
 
 @pytest.mark.heavy

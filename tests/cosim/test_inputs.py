@@ -65,6 +65,8 @@ def test_two_rows_at_one_time_are_a_jump(path, loop):
         ("time,m.n\n0,1.5\n", "m.n = '1.5' must be an Integer of 32 bits (in.csv line 2)"),
         ("time,m.on\n0,2\n", "m.on = '2' must be true, false, 1 or 0 (in.csv line 2)"),
         ("time,a.u\n0,1\n\n1,1\n0.5,1\n", "time 0.5 follows 1.0: time must increase (in.csv line 5)"),
+        ('time,a.u\n0,1\n1,"2\n2,3\n', "not readable as CSV: a quote is not closed (in.csv line 3)"),
+        ('time,a.u\n0,"1"2\n', "not readable as CSV: ',' expected after '\"' (in.csv line 2)"),
         ("time,a.u\n0,1,2\n", "3 cells where the header has 2 (in.csv line 2)"),
     ],
 )

@@ -1,8 +1,10 @@
 """Unpacked FMUs that stay for later runs: where, when anew, when not, and what the user is told."""
 
+import os
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 
 import pytest
 from ssp_writer import component, edit_fmu, system, write
@@ -61,13 +63,15 @@ def test_another_content_has_another_folder(path, folder, cache):
     assert len(kept(cache)) == 2
 
 
-@pytest.mark.parametrize("damage", ["marker", "missing", "size"])
+@pytest.mark.parametrize("damage", ["marker", "missing", "size", "content"])
 def test_a_damaged_folder_is_unpacked_anew(path, cache, damage):
     first, fmu, _ = run(path)
     script = first / "resources" / "cosim_mixed.py"
     text = script.read_text()
     if damage == "size":
         script.write_text(text[:-1])
+    elif damage == "content":
+        script.write_text(text.replace("0.25", "0.75"))
     else:
         (first / MARKER if damage == "marker" else script).unlink()
     assert run(path)[0] == first
@@ -184,6 +188,22 @@ def test_the_user_is_told_before_fmus_compile_for_the_first_time(patient):
     assert told == ["compiling patient.fmu: needed once per build, takes a while"]
     (unpacked / "resources" / "own" / "kernel.nbi").touch()
     run(patient, notice=told.append)
+    assert len(told) == 1
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_read_only_folder_is_used_only_with_compiled_code(patient, cache, monkeypatch, compiled):
+    told = []
+    first, _, _ = run(patient, notice=told.append)
+    if compiled:
+        (first / "resources" / "own" / "kernel.nbi").touch()
+    # The superuser may write everywhere, so the permission is not taken from the file system.
+    access = os.access
+    monkeypatch.setattr("os.access", lambda p, mode: not Path(p).is_relative_to(cache) and access(p, mode))
+    unpacked, _, events = run(patient, notice=told.append)
+    assert (unpacked == first) is compiled
+    texts = [f"FMUs are unpacked for this run only: {first} is read-only and holds no compiled code"]
+    assert [event.text for event in events] == ([] if compiled else texts)
     assert len(told) == 1
 
 

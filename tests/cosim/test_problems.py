@@ -174,6 +174,37 @@ def test_start_values_that_cannot_be(folder, values, message):
     assert check(path, start_values=values) == [message]
 
 
+def test_the_caller_gives_no_start_value_to_what_is_connected(folder):
+    inner = system([component("g", GAIN, "u> y<")], [connection("v -> g.u")], "v>:Real", name="inner")
+    guess = bind({"u": ("Real", 1)})  # the description may give one, where initial values are sought
+    path = write(
+        folder,
+        system(
+            [component("a", GAIN, "u> y<"), component("b", GAIN, "u>", guess), inner],
+            [connection("a.y -> b.u"), connection("a.y -> inner.v"), connection("x -> a.u")],
+            "x>:Real",
+        ),
+    )
+    (folder / "set.ssv").write_text(parameter_set({"b.u": ("Real", 5.5), "b.k": ("Real", 5)}))
+    said = "is connected inside the system and cannot be given a start value"
+    line = line_of(folder / "set.ssv", "5.5")
+    assert check(path, start_values={"b.k": 1}) == []
+    assert check(path, parameters=[folder / "set.ssv"]) == [f"b.u {said} (set.ssv line {line})"]
+    for name in ("b.u", "inner.v", "inner.g.u"):
+        assert check(path, start_values={name: 1}) == [f"{name} {said} (start values)"]
+    # a connector of the system that has no value leaves the input behind it its own
+    assert check(path, start_values={"a.u": 1}) == []
+    assert check(path, start_values={"x": 1}) == []
+    assert check(path, start_values={"a.u": 1, "x": 1}) == [f"a.u {said} (start values)"]
+
+
+def test_bounds_of_integers_are_shown_as_integers(folder):
+    fmu = edit_fmu(folder / "CosimMixed.fmu", folder / "few.fmu", variables={"n": {"min": 0, "max": 9}}).name
+    path = write(folder, system([component("m", fmu)]))
+    assert check(path, start_values={"m.n": -1}) == ["n = -1 must be at least 0 (component m, start values)"]
+    assert check(path, start_values={"m.n": 10}) == ["n = 10 must be at most 9 (component m, start values)"]
+
+
 def test_an_unknown_parameter_in_a_file(folder):
     path = write(folder, system([component("a", GAIN, "", bind({"kappa": ("Real", 1)}))]))
     assert check(path) == [
@@ -289,7 +320,8 @@ def test_version_2_is_read_with_the_same_care(folder):
 def test_xml_that_is_broken_or_hostile(folder):
     path = folder / "SystemStructure.ssd"
     path.write_text("<a><b></a>")
-    assert check(path)[0].startswith("not well-formed XML: ")
+    broken = "not well-formed XML: Opening and ending tag mismatch: b line 1 and a, line 1, column 11"
+    assert check(path)[0] == f"{broken} (SystemStructure.ssd line 1)"
     path.write_text('<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><a>&x;</a>')
     assert check(path) == ["a document type declaration is not allowed (SystemStructure.ssd)"]
     path.write_bytes(b"")
@@ -352,6 +384,10 @@ def test_an_archive_larger_than_the_limit(folder, monkeypatch):
         ({"step_size": 0.1, "stop_time": -1}, "stop time -1.0 s must be later than start time 0.0 s"),
         ({"step_size": 0.1, "stop_time": float("inf")}, "stop time inf s must be later than start time 0.0 s"),
         ({"step_size": 1e-300}, "step size 1e-300 s is too small for the interval from 0.0 s to 1.0 s"),
+        (
+            {"start_time": 1e9, "stop_time": 1e9 + 2**-21, "step_size": 2**-24},
+            "step size 5.960464477539063e-08 s is below the resolution of time near 1000000000.0000005 s (1.2e-07 s)",
+        ),
         ({}, "step size is not given, and neither SystemStructure.ssd nor any FMU proposes one"),
         ({"step_size": 1, "coupling": "magic"}, "coupling 'magic' must be one of jacobi, gauss-seidel"),
         ({"step_size": 1, "loop": "magic"}, "loop 'magic' must be one of compiled, python"),

@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from signal import SIGINT
 
 from ..cosim import CsvSink, Result, load, simulate
 from ..cosim.checkpoint import Checkpoint
@@ -14,7 +15,7 @@ from ..cosim.record import Sink
 from ..errors import TwipError
 from .paths import refuse_clashes
 from .progress import progress_bar
-from .terminal import INTERRUPTED, Warnings, notice, print_rows
+from .terminal import Warnings, notice, print_rows
 
 DEFAULT = Path()
 """Stands for the default path where an option is given without one."""
@@ -180,7 +181,7 @@ def run(arguments: argparse.Namespace) -> int:
             if path is not None:  # a later option wins: the files of this run are not replaced
                 more += [option, str(from_time(path, result.time))]
         print_rows(("go on by", shlex.join(["twip", *arguments.words, *more])))
-    return INTERRUPTED if result.interrupted else 0
+    return 128 + (result.signal or SIGINT) if result.interrupted else 0
 
 
 def from_time(path: Path, time: float) -> Path:

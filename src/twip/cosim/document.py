@@ -38,7 +38,8 @@ def parse_xml(data: bytes, file: str, problems: Problems) -> Element | None:
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError, UnicodeError) as error:
-        problems.add(f"not well-formed XML: {error}", Place(file, getattr(error, "lineno", None)))
+        reason = getattr(error, "msg", None) or str(error)  # lxml appends the place to the latter
+        problems.add(f"not well-formed XML: {reason}", Place(file, getattr(error, "lineno", None)))
         return None
     information: Any = root.getroottree().docinfo
     if information.doctype:

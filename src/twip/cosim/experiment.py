@@ -14,6 +14,8 @@ from .system import System, mid_step_problem
 _DIVIDES = 1e-9
 """Relative deviation of a whole number of steps from the interval that still counts as rounding."""
 _MAXIMUM_STEPS = 2**40
+_RESOLUTION = 4.0
+"""Fewest distances between neighbouring floating-point times that a step may span."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,11 @@ def time_grid(system: System, start: float | None, stop: float | None, step_size
     ratio = (stop - start) / step_size
     if ratio > _MAXIMUM_STEPS:
         raise TwipError(f"step size {step_size!r} s is too small for the interval from {start!r} s to {stop!r} s")
+    latest = max(abs(start), abs(stop))
+    if step_size < _RESOLUTION * math.ulp(latest):
+        raise TwipError(
+            f"step size {step_size!r} s is below the resolution of time near {latest!r} s ({math.ulp(latest):.2g} s)"
+        )
     steps = round(ratio)
     if steps < 1 or abs(steps * step_size - (stop - start)) > _DIVIDES * (stop - start):
         raise TwipError(

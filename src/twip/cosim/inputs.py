@@ -59,13 +59,20 @@ def read_inputs(path: str | os.PathLike[str], system: System) -> InputSeries:
     """Read the CSV file at `path` for the open inputs of `system`. Raises `TwipError` with a line per problem."""
     file = pathlib.Path(path)
     problems = Problems()
+    lines: list[tuple[int, list[str]]] = []
+    begin = 1
     try:
         with file.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream, skipinitialspace=True)
-            lines = [(reader.line_num, cells) for cells in reader if any(cell.strip() for cell in cells)]
-    except (OSError, UnicodeError, csv.Error) as error:
+            reader = csv.reader(stream, skipinitialspace=True, strict=True)
+            for cells in reader:
+                if any(cell.strip() for cell in cells):
+                    lines.append((reader.line_num, cells))
+                begin = reader.line_num + 1
+    except (OSError, UnicodeError) as error:
         problems.add(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})")
-        lines = []
+    except csv.Error as error:
+        reason = "a quote is not closed" if "end of data" in str(error) else str(error)
+        problems.add(f"not readable as CSV: {reason}", Place(file.name, begin))
     problems.raise_any()
     if len(lines) < 2:
         problems.add(f"{path}: {'the file is empty' if not lines else 'there are no rows below the header'}")

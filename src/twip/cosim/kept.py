@@ -11,6 +11,7 @@ import pathlib
 import shutil
 import tempfile
 import zipfile
+import zlib
 
 from ..errors import TwipError
 from .archive import plain, unpack
@@ -42,7 +43,8 @@ def cache_root() -> pathlib.Path:
 def keep(fmu: Fmu) -> pathlib.Path:
     """Return the kept folder of the archive `fmu`, unpacked now if it is not there or damaged.
 
-    Raises `NotKeptError` where that is impossible, and `TwipError` if the archive is not the one that was read.
+    Raises `NotKeptError` where that is impossible or the FMU would compile its code in every run, and `TwipError` if
+    the archive is not the one that was read.
     """
     root = cache_root()
     folder = root / "fmus" / fmu.sha256[:32]
@@ -60,6 +62,8 @@ def keep(fmu: Fmu) -> pathlib.Path:
         raise NotKeptError(
             f"FMUs are unpacked for this run only: {root} cannot be written ({error.strerror or error})"
         ) from None
+    if not os.access(folder / "resources", os.W_OK) and awaits_compiling(folder):
+        raise NotKeptError(f"FMUs are unpacked for this run only: {folder} is read-only and holds no compiled code")
     return folder
 
 
@@ -76,15 +80,19 @@ def awaits_compiling(folder: pathlib.Path) -> bool:
 
 
 def _intact(folder: pathlib.Path, archive: pathlib.Path) -> bool:
-    """Tell whether all files of the archive are there in their full size; what else is there does not matter."""
+    """Tell whether all files of the archive are there as they should be; what else is there does not matter."""
     try:
         if not (folder / MARKER).is_file():
             return False
         with zipfile.ZipFile(archive) as file:
             entries = [entry for entry in file.infolist() if not entry.is_dir()]
-        return all((folder / entry.filename).stat().st_size == entry.file_size for entry in entries)
+        return all(_unchanged(folder / entry.filename, entry) for entry in entries)
     except OSError:
         return False
+
+
+def _unchanged(file: pathlib.Path, entry: zipfile.ZipInfo) -> bool:
+    return file.stat().st_size == entry.file_size and zlib.crc32(file.read_bytes()) == entry.CRC
 
 
 def _renew(folder: pathlib.Path, fmu: Fmu) -> None:

@@ -182,11 +182,12 @@ class _Builder:
             if parameters is not None:
                 self.sources[f"parameters {path.name}"] = {"file": str(file), "sha256": file_fingerprint(path)}
                 if len(self.fmus) == len(self.elements):
-                    self.assignments.apply_set(parameters, "")
+                    self.assignments.apply_set(parameters, "", from_caller=True)
         if len(self.fmus) == len(self.elements):
             self.assignments.apply_values(start_values)
         if start_values:
             self.sources["start values"] = {name: str(value) for name, value in start_values.items()}
+        self.assignments.check_connected()
         self.assignments.check_ranges()
 
     def _bind(self, scope: str, binding: Binding) -> None:

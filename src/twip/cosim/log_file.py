@@ -7,8 +7,6 @@ hands of the operating system when a call returns, so a killed process loses not
 calls give the same bytes.
 """
 
-import contextlib
-import os
 import struct
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,6 +23,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from ..errors import TwipError
 from .log_event import clean
+from .sole_file import InUseError, SoleFile
 
 Compression = Literal["zstd", "lz4", "none"]
 LIBRARY = "twip"
@@ -74,7 +73,8 @@ class MessageBatch:
 class McapFile:
     """Creates the file (and its missing folders) and writes what a log says before its first message.
 
-    Raises TwipError when it cannot be written, here and later; what was written last in part is then cut off.
+    Raises TwipError when another run writes it or it cannot be written, here and later; what was written last in
+    part is then cut off.
     """
 
     def __init__(
@@ -98,8 +98,7 @@ class McapFile:
         self._counts: dict[int, int] = {}
         self._position = self._crc = 0
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream = path.open("wb", buffering=0)
+            self._stream = SoleFile(path)
         except (OSError, ValueError) as error:
             raise self._failed(error) from error
         self._write(self._opening(metadata, attachments))
@@ -216,21 +215,17 @@ class McapFile:
         return (self._compression, packed) if packed and len(packed) < len(data) else ("", bytes(data))
 
     def _write(self, data: bytes) -> None:
-        rest = memoryview(data)
         try:
-            while rest:
-                rest = rest[self._stream.write(rest) :]
-        except (OSError, ValueError) as error:  # ValueError: already closed
-            with contextlib.suppress(OSError, ValueError):
-                os.ftruncate(self._stream.fileno(), self._position)
-            with contextlib.suppress(OSError):
-                self._stream.close()
+            self._stream.write(data)
+        except (OSError, ValueError) as error:
             raise self._failed(error) from error
         self._position += len(data)
         self._crc = zlib.crc32(data, self._crc)
 
     def _failed(self, error: OSError | ValueError) -> TwipError:
         reason = error.strerror if isinstance(error, OSError) else error
+        if isinstance(error, InUseError):
+            return TwipError(f"log {str(self.path)!r} {reason}")
         return TwipError(f"log {str(self.path)!r} cannot be written: {reason}")
 
 

@@ -38,6 +38,8 @@ class Assignments:
     variables: dict[Key, StartValue] = field(default_factory=dict)
     connectors: dict[Key, float] = field(default_factory=dict)
     """Values given to system connectors, in the connector's unit."""
+    callers: dict[Key, Place] = field(default_factory=dict)
+    """What the caller or a parameter file of the caller gives a value to."""
 
     def __post_init__(self) -> None:
         self._names: dict[str, list[tuple[Key, Variable | Port]]] = {}
@@ -51,7 +53,7 @@ class Assignments:
     def _enter(self, key: Key, target: Variable | Port) -> None:
         self._names.setdefault(full_name(key), []).append((key, target))
 
-    def apply_set(self, parameters: ParameterSet, scope: str, prefix: str = "") -> None:
+    def apply_set(self, parameters: ParameterSet, scope: str, prefix: str = "", from_caller: bool = False) -> None:
         """Apply a parameter set to the component or system at the dotted path `scope`."""
         for parameter in parameters.parameters:
             name = prefix + parameter.name
@@ -59,6 +61,8 @@ class Assignments:
             if found is None:
                 continue
             key, target = found
+            if from_caller:
+                self.callers[key] = parameter.place
             unit = lookup(parameter.unit, parameters.units, self.units)
             if unit is not None and unit.exponents is None and key[0] in self.fmus:
                 unit = lookup(unit.name, self.fmus[key[0]].units)
@@ -70,6 +74,7 @@ class Assignments:
         for name, value in values.items():
             found = self._find("", name, place)
             if found is not None:
+                self.callers[found[0]] = place
                 text = str(value).lower() if isinstance(value, bool) else str(value)
                 self._assign(*found, text, None, None, place)
 
@@ -161,6 +166,20 @@ class Assignments:
             )
         return value
 
+    def check_connected(self) -> None:
+        """Report the caller's values for what a component or a given connector feeds: they would have no effect.
+
+        Those of the system's description may stay: where an initial value is sought, they are where it begins.
+        """
+        for key, place in self.callers.items():
+            link, port = self.wiring.links.get(key), self.wiring.ports.get(key)
+            if link is None or port is None or port.kind == "parameter":
+                continue
+            if link.source.variable is not None or link.source.key in self.connectors:
+                self.problems.add(
+                    f"{full_name(key)} is connected inside the system and cannot be given a start value", place
+                )
+
     def check_ranges(self) -> None:
         """Report every value outside the bounds that the model description states."""
         for start in self.variables.values():
@@ -173,6 +192,8 @@ class Assignments:
                 (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
             ):
                 if wrong:
+                    if variable.type != "Real" and bound is not None and bound.is_integer():
+                        bound = int(bound)
                     self.problems.add(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}", start.place)
 
 

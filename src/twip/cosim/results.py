@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import TwipError
 from .messages import Message
 from .record import Channel, columns
+from .sole_file import InUseError, SoleFile
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,14 @@ class Result:
     setup_time: float
     """Time spent unpacking, instantiating, compiling and initializing, in s."""
     interrupted: bool
+    """Whether a signal ended the run before its stop time."""
     values: dict[str, float]
     """The last row by column name."""
     warnings: tuple[str, ...] = ()
     checkpoint: Path | None = None
     """File that holds the state at the end, if one was asked for."""
+    signal: int | None = None
+    """Number of the signal that ended an interrupted run."""
 
     @property
     def real_time_factor(self) -> float:
@@ -92,28 +96,30 @@ class CsvSink:
     """A sink that writes `time`, every output, and every connector of the outermost system, in full precision."""
 
     def __init__(self, path: str | os.PathLike[str], channels: Sequence[Channel]):
-        """Create the file and write the header. Raises `TwipError` when it cannot be written."""
+        """Create the file and its missing folders and write the header.
+
+        Raises `TwipError` when another run writes it or it cannot be written.
+        """
         names = columns(channels)
         signals = [(channel.component, signal) for channel in channels for signal in channel.signals]
         self._keep = [i for i, (owner, signal) in enumerate(signals) if signal.causality == "output" or not owner]
         self._whole = [signals[i][1].type != "Real" for i in self._keep]
         header = io.StringIO()
         csv.writer(header, lineterminator="\n").writerow(["time", *(names[i] for i in self._keep)])
+        self._path = Path(path)
         try:
-            self._file = open(path, "w", encoding="utf-8", newline="")  # noqa: SIM115
-            self._file.write(header.getvalue())
-            self._file.flush()
-        except OSError as error:
-            raise TwipError(f"{path}: cannot be written ({error.strerror or error})") from None
+            self._file = SoleFile(self._path)
+        except (OSError, ValueError) as error:
+            raise self._failed(error) from None
+        self._append(header.getvalue())
 
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
-        """Append the rows; they are on disk when this returns."""
+        """Append the rows; they are in the file when this returns. Raises `TwipError` when they cannot be written."""
         lines = []
         for time, row in zip(times.tolist(), rows[:, self._keep].tolist(), strict=True):
             cells = [repr(int(v)) if whole else repr(v) for v, whole in zip(row, self._whole, strict=True)]
             lines.append(",".join([repr(time), *cells]))
-        self._file.write("\n".join(lines) + "\n" if lines else "")
-        self._file.flush()
+        self._append("".join(f"{line}\n" for line in lines))
 
     def event(self, time: float, level: str, source: str, message: str) -> None:
         """Messages have no place in a table of numbers."""
@@ -121,3 +127,15 @@ class CsvSink:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+    def _append(self, text: str) -> None:
+        try:
+            self._file.write(text.encode("utf-8"))
+        except (OSError, ValueError) as error:
+            raise self._failed(error) from None
+
+    def _failed(self, error: OSError | ValueError) -> TwipError:
+        reason = (error.strerror if isinstance(error, OSError) else None) or error
+        if isinstance(error, InUseError):
+            return TwipError(f"{self._path} {reason}")
+        return TwipError(f"{self._path}: cannot be written ({reason})")

@@ -103,6 +103,7 @@ class Run:
         finally:
             stopped = time.perf_counter()
             self._free()
+        interrupted = bool(self.interrupted) and self.steps < self.grid.steps
         values = dict(zip(self.system.columns, list(self.values), strict=True)) if self.delivered else {}
         return Result(
             steps=self.steps - self.first,
@@ -112,10 +113,11 @@ class Run:
             coupling=self.schedule.coupling,
             wall_time=stopped - started,
             setup_time=started - begin,
-            interrupted=bool(self.interrupted) and self.steps < self.grid.steps,
+            interrupted=interrupted,
             values=values,
             warnings=tuple(self.warnings),
             checkpoint=self.saving.path if self.saving is not None and self.saved is not None else None,
+            signal=self.interrupted.signal if interrupted else None,
         )
 
     def _time_of(self, steps: int) -> float:

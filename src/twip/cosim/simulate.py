@@ -49,7 +49,7 @@ def simulate(
     values at the start time), then the row of each finished step, and are closed in the end, however it comes.
     `progress` is called with the simulated time after each chunk, `notice` with a sentence before something that takes
     a while. `loop` is `compiled` (the default where numba is installed) or `python`; the results are the same. Ctrl-C
-    ends the run between two steps; the result says so.
+    (as SIGTERM and SIGHUP) ends the run between two steps; the result says so.
 
     `checkpoint` is a file that takes the state of the whole run every `checkpoint_every` simulated seconds, when Ctrl-C
     ends the run, and at its end; a failed run leaves the last one. `resume` is such a file: the run goes on from there
@@ -58,7 +58,9 @@ def simulate(
 
     Raises `TwipError` for bad arguments and for the failure of a component.
     """
+    interrupted = InterruptFlag()
     with contextlib.ExitStack() as closing:
+        closing.push(interrupted)  # entered below; left when all sinks are closed
         given = () if callable(sinks) else sinks
         for sink in given:
             closing.callback(_close, sink)
@@ -75,24 +77,24 @@ def simulate(
             resumed = Checkpoint.read(pathlib.Path(resume))
             resumed.check(pathlib.Path(resume), identify(system, grid, plan, inputs), grid, inputs)
         saving = None if checkpoint is None else Saving.of(system, checkpoint, checkpoint_every, grid.step_size)
+        interrupted.__enter__()
         if callable(sinks):
             given = sinks(grid)
             for sink in given:
                 closing.callback(_close, sink)
-        with InterruptFlag() as interrupted:
-            return Run(
-                system=system,
-                grid=grid,
-                coupling=plan,
-                inputs=inputs,
-                delivery=Delivery(given),
-                interrupted=interrupted,
-                loop=kind,
-                saving=saving,
-                resumed=resumed,
-                progress=progress or _ignore,
-                notice=notice or _ignore,
-            ).execute()
+        return Run(
+            system=system,
+            grid=grid,
+            coupling=plan,
+            inputs=inputs,
+            delivery=Delivery(given),
+            interrupted=interrupted,
+            loop=kind,
+            saving=saving,
+            resumed=resumed,
+            progress=progress or _ignore,
+            notice=notice or _ignore,
+        ).execute()
 
 
 def _choose_loop(name: str | None) -> LoopKind:
