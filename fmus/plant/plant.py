@@ -9,6 +9,7 @@ from twip.robot.integrator import advance
 from twip.robot.kernel import kernel
 from twip.robot.parameters import BODY
 from twip.robot.plant import constants, smallest_determinant
+from twip.robot.sampling import ticks_reached
 
 COULOMB = ("coulomb_forward_limit", "coulomb_reverse_limit")
 STATIC = ("static_forward_limit", "static_reverse_limit")
@@ -104,9 +105,8 @@ def step(v: Any, time: float, step_size: float) -> None:
 
 @kernel
 def held(v: Any, time: float) -> bool:
-    """Tell whether the robot is still held in a step that begins at a time [s]."""
-    release = v.start + v.hold_time
-    return time < release - 1e-9 * max(1.0, fabs(release))
+    """Tell whether the robot is still held in a step that begins at a time [s]: the release is a tick like others."""
+    return ticks_reached(time, v.start, 1.0, v.hold_time) < 1.0
 
 
 def check(v: Any) -> list[str]:

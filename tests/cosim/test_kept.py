@@ -109,7 +109,7 @@ def test_without_a_usable_cache_the_run_unpacks_for_itself_and_says_so(path, tmp
         assert not (unpacked / MARKER).exists()
     assert not unpacked.exists()
     [event] = table.events
-    assert (event.level, event.source) == ("info", "")
+    assert (event.level, event.source) == ("warning", "")
     assert event.text.startswith("FMUs are unpacked for this run only: ")
     assert reason in event.text
     assert len(table.times) == 3

@@ -129,7 +129,7 @@ class Run:
     def _start(self) -> Execution | None:
         """Bring all components to where the run begins and deliver the row there; None when interrupted before."""
         system, grid = self.system, self.grid
-        folders = [system.unpacked(c.fmu, lambda why: self._say("info", why)) for c in system.components]
+        folders = [system.unpacked(c.fmu, lambda why: self._say("warning", why)) for c in system.components]
         self._announce(folders)
         for component, folder in zip(system.components, folders, strict=True):
             if self.interrupted:

@@ -13,6 +13,8 @@ from ..errors import TwipError
 from .blocks import PACKAGE, block_folders, source_root
 from .ssp_package import needed_fmus, package_system, system_folders
 
+REFUSED = 3
+"""Exit status of the build of one block when it has said why; any other but 0 is a crash."""
 LOOSE = (".ssv", ".csv", ".ssm")
 """Endings of the parameter sets, inputs and mappings that belong to no system and lie beside them."""
 
@@ -77,7 +79,7 @@ def _build_block(job: tuple[Path, Path]) -> str:
     if run.returncode == 0:
         return ""
     said = run.stderr.strip()
-    if run.returncode != 1 or "Traceback" in said:  # not one of our own messages
+    if run.returncode != REFUSED:
         return f"block {face.stem}: the build ended with status {run.returncode}: {(said.splitlines() or [''])[-1]}"
     return said
 

@@ -17,6 +17,7 @@ from pythonfmu import FmuBuilder
 from ..errors import TwipError
 from .archive import write_archive
 from .blocks import PACKAGE, load_block
+from .build import REFUSED
 from .declare import Block
 from .description import Origin, model_description
 from .page import documentation_page
@@ -119,16 +120,16 @@ def _version() -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Build one FMU; print what is wrong to the standard error and return 1 when it cannot be built."""
+    """Build one FMU; print what is wrong to the standard error and return `REFUSED` when it cannot be built."""
     logging.disable()
     try:
         package_block(Path(arguments[0]), Path(arguments[1]))
     except TwipError as error:
         print(error, file=sys.stderr)
-        return 1
+        return REFUSED
     except OSError as error:
         print(f"{error.filename or arguments[1]}: cannot be written: {error.strerror}", file=sys.stderr)
-        return 1
+        return REFUSED
     return 0
 
 

@@ -51,7 +51,9 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._warned = False
         self._asked: list[int] = []  # value references of the last get, and how to read them at once
         self._read: Callable[[], list[float]] = list
-        self._writers: dict[tuple[int, ...], Callable[[Sequence[float]], None]] = {}  # inputs that were set together
+        self._writers: dict[
+            tuple[int, ...], Callable[[Sequence[float]], bool]
+        ] = {}  # while stepping: inputs set together
         if self.resources:
             guard_exit(self.resources, self.block.name)
             while sys.path.count(self.resources) > 1:  # pythonfmu adds it again for every instance
@@ -80,6 +82,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
     def terminate(self) -> None:
         """End the run; values stay readable."""
         self._mode = TERMINATED
+        self._writers.clear()
         self._attention = True
 
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -126,13 +129,11 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         """Set Real inputs and parameters by value reference."""
         try:
             write = self._writers.get(tuple(vrs))
-            total = sum(values)
-            if write is not None and total - total == 0.0 and self._mode == STEPPING:
-                write(values)
+            if write is not None and write(values):
                 return
             for vr, value in zip(vrs, values, strict=False):
                 self._set(vr, value, "Real")
-            if write is None and self._mode == STEPPING and self._table.inputs.issuperset(vrs):
+            if write is None and vrs and self._mode == STEPPING and self._table.inputs.issuperset(vrs):
                 self._writers[tuple(vrs)] = self._block.writer(vrs)
         except BaseException:
             self._fail(f"setting Real variables failed\n{traceback.format_exc()}")
@@ -269,6 +270,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             for attribute, value in zip(self._table.attributes, state["values"], strict=True):
                 setattr(self._values, attribute, value)
             self._mode = state["mode"]
+            self._writers.clear()
             self._start_time = state["start_time"]
             self._stale, self._unchecked, self._warned = state["flags"]
             self._failure = state["failure"]

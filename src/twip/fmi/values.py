@@ -3,6 +3,7 @@
 import ctypes
 from collections.abc import Callable, Sequence
 from functools import partial
+from struct import Struct
 from typing import Any, Protocol
 
 from ..robot.kernel import COMPILES
@@ -23,8 +24,8 @@ class Values(Protocol):
     def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
         """Return a function that reads the values behind value references."""
 
-    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:
-        """Return a function that writes the values behind value references."""
+    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], bool]:
+        """Return a function that writes the values behind value references; False: not done, one may not be finite."""
 
 
 class PlainValues:
@@ -50,13 +51,17 @@ class PlainValues:
         v, read = self.v, getter(tuple(self._table.attributes[r] for r in references))
         return lambda: list(read(v))
 
-    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:
-        """Return a function that writes the values behind value references."""
+    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], bool]:
+        """Return a function that writes the values behind value references; False: not done, one may not be finite."""
         v, attributes = self.v, tuple(self._table.attributes[r] for r in references)
 
-        def write(values: Sequence[float]) -> None:
+        def write(values: Sequence[float]) -> bool:
+            total = sum(values)
+            if total - total != 0.0:
+                return False
             for attribute, value in zip(attributes, values, strict=True):
                 setattr(v, attribute, value)
+            return True
 
         return write
 
@@ -82,13 +87,22 @@ class CompiledValues:
             return read
         return lambda: [memory[r] for r in wanted]
 
-    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], None]:
-        """Return a function that writes the values behind value references."""
-        memory, wanted = self._memory, tuple(references)
+    def writer(self, references: Sequence[int]) -> Callable[[Sequence[float]], bool]:
+        """Return a function that writes the values behind value references; False: not done, one may not be finite."""
+        memory, wanted, first = self._memory, tuple(references), references[0]
+        side_by_side = wanted == tuple(range(first, first + len(wanted)))
+        offset, pack_into = 8 * first, Struct(f"{len(wanted)}d").pack_into
 
-        def write(values: Sequence[float]) -> None:
-            for reference, value in zip(wanted, values, strict=True):
-                memory[reference] = value
+        def write(values: Sequence[float]) -> bool:
+            total = sum(values)
+            if total - total != 0.0:
+                return False
+            if side_by_side:
+                pack_into(memory, offset, *values)
+            else:
+                for reference, value in zip(wanted, values, strict=True):
+                    memory[reference] = value
+            return True
 
         return write
 
