@@ -126,3 +126,10 @@ def test_two_runs_do_not_write_one_log(built, tmp_path):
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=30)
     assert read(log).complete
+
+
+def test_compiled_and_plain_loops_agree_bit_for_bit_over_ten_seconds_of_noise(built):
+    tables = [run(built / "ssp" / "twip.ssp", stop_time=10.0, loop=loop)[0] for loop in ("compiled", "python")]
+    assert tables[0].values.shape == (10_001, len(tables[0].columns))
+    assert tables[0].values.tobytes() == tables[1].values.tobytes()
+    assert np.std(tables[0]["imu.gyro"][5000:]) > 1e-4  # rad/s: the noise is on
