@@ -1,8 +1,23 @@
 """What tests of several layers share."""
 
+import signal
+
 import pytest
 
 from twip.fmi.build import build_all
+
+
+@pytest.fixture(scope="session", autouse=True)
+def heard_signals():
+    """Let tests and their processes hear signals even where the suite was started in the background or by nohup."""
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.getsignal(number) for number in usual}
+    for number, handler in usual.items():
+        if before[number] is signal.SIG_IGN:
+            signal.signal(number, handler)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session", autouse=True)
