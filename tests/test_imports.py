@@ -16,7 +16,7 @@ ALLOWED = {
     "robot": {"twip.robot"},
     "fmi": {"twip.fmi", "twip.robot", "twip.errors", "pythonfmu", "fmpy", "lxml", "markdown_it"},
     "cosim": {
-        *("twip.cosim", "twip.errors"),
+        *("twip.cosim", "twip.errors", "twip.interrupts"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
     "lab": {"twip", "matplotlib", "numpy", "rich", "scipy"},

@@ -8,8 +8,8 @@ from importlib import import_module
 from importlib.metadata import version
 from io import TextIOWrapper
 
-from .commands.terminal import INTERRUPTED
 from .errors import TwipError
+from .interrupts import INTERRUPTED, deferred_interrupt
 
 CLOSED_PIPE = 141
 """Exit status when nobody reads on: 128 + SIGPIPE."""
@@ -57,7 +57,9 @@ def main(words: Sequence[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that lacks a character gets a question mark
     try:
-        arguments = parser(words[0] if words else None).parse_args(words)
+        with deferred_interrupt():
+            grammar = parser(words[0] if words else None)
+        arguments = grammar.parse_args(words)
         arguments.words = words
         status = int(arguments.run(arguments))
         sys.stdout.flush()

@@ -3,9 +3,10 @@
 import argparse
 from pathlib import Path
 
+from ..interrupts import INTERRUPTED
 from ..lab.demo import demo
 from .progress import progress_bar
-from .terminal import INTERRUPTED, notice, print_rows
+from .terminal import notice, print_rows
 
 DESCRIPTION = """\
 examples:

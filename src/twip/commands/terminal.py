@@ -5,9 +5,6 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C: 128 + SIGINT."""
-
 
 def notice(text: str) -> None:
     """Tell the user about something that takes a while."""

@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from ..errors import TwipError
+from ..interrupts import deferred_interrupt
 from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .delivery import Delivery, writing
 from .experiment import Coupling, TimeGrid, time_grid
@@ -107,7 +108,8 @@ def _choose_loop(name: str | None) -> LoopKind:
         return LoopKind(PythonLoop, lambda: True)
     if not compiles:
         raise TwipError("loop 'compiled' needs numba, which is not installed (pip install numba)")
-    module = import_module(".compiled_loop", __package__)  # numba takes its time to load
+    with deferred_interrupt():
+        module = import_module(".compiled_loop", __package__)  # numba takes its time to load
     return LoopKind(module.CompiledLoop, module.is_cached)
 
 

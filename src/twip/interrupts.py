@@ -1,0 +1,21 @@
+"""Ctrl-C of the command line.
+
+During imports it waits: extension modules may swallow an exception that comes while they initialize, or die of it.
+"""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C: 128 + SIGINT."""
+
+
+@contextmanager
+def deferred_interrupt() -> Iterator[None]:
+    """Let a SIGINT that comes while the block runs take effect at its end."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
