@@ -17,13 +17,16 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .execution import Execution
+from .native import DECLINED, NO_FUNCTIONS, native_functions
 from .ports import InputGroup, OutputGroup
 
 IntTable = NDArray[np.int64]
 
 KINDS = {"Real": 0, "Integer": 1, "Boolean": 2}
-COMPONENT, KIND, FUNCTION, FIRST, SIZE, REFERENCES = range(6)
-"""Columns of a table of groups: variables of one type of a component, and the FMI function that sets or gets them."""
+KIND, FIRST, SIZE, REFERENCES, HANDLE, FUNCTION, FMI_HANDLE, FMI_FUNCTION = range(8)
+"""Columns of a table of groups: variables of one type of a component, and the function that sets or gets them (a native
+one, if the component has it) with its first argument; then those of FMI, for what a native one declines.
+"""
 FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE = range(6)
 """How a run of steps ended."""
 
@@ -53,7 +56,7 @@ def call_step(typing, function, component, time, step_size):  # type: ignore[no-
 
 
 @njit(cache=True)
-def set_changed(group, handle, values, last, references, changed, reals, integers):  # type: ignore[no-untyped-def]
+def set_changed(group, values, last, references, changed, reals, integers):  # type: ignore[no-untyped-def]
     """Set the inputs of a group that differ from what was set last; return the FMI status."""
     count = 0
     for i in range(group[SIZE]):
@@ -69,18 +72,24 @@ def set_changed(group, handle, values, last, references, changed, reals, integer
             count += 1
     if count == 0:
         return np.int32(0)
-    buffer = reals.ctypes.data if group[KIND] == 0 else integers.ctypes.data
-    return call_access(group[FUNCTION], handle, np.int64(changed.ctypes.data), np.int64(count), np.int64(buffer))
+    wanted = np.int64(changed.ctypes.data)
+    buffer = np.int64(reals.ctypes.data if group[KIND] == 0 else integers.ctypes.data)
+    status = call_access(group[FUNCTION], group[HANDLE], wanted, np.int64(count), buffer)
+    if status == DECLINED:
+        status = call_access(group[FMI_FUNCTION], group[FMI_HANDLE], wanted, np.int64(count), buffer)
+    return status
 
 
 @njit(cache=True)
-def get_all(group, handle, values, references, integers):  # type: ignore[no-untyped-def]
+def get_all(group, values, references, integers):  # type: ignore[no-untyped-def]
     """Get the outputs of a group, reals straight into the vector; return the FMI status."""
     first = group[FIRST]
     wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
     if group[KIND] == 0:
-        return call_access(group[FUNCTION], handle, wanted, group[SIZE], np.int64(values.ctypes.data) + 8 * first)
-    status = call_access(group[FUNCTION], handle, wanted, group[SIZE], np.int64(integers.ctypes.data))
+        return call_access(
+            group[FUNCTION], group[HANDLE], wanted, group[SIZE], np.int64(values.ctypes.data) + 8 * first
+        )
+    status = call_access(group[FUNCTION], group[HANDLE], wanted, group[SIZE], np.int64(integers.ctypes.data))
     for i in range(group[SIZE]):
         values[first + i] = integers[i]
     return status
@@ -90,7 +99,7 @@ def get_all(group, handle, values, references, integers):  # type: ignore[no-unt
 def run_steps(  # type: ignore[no-untyped-def]
     times, step_size, inputs, driven, rows, stop, values, last, previous, clock,
     order, stage_order, stage_copies, destination, source, factor, offset, lead,
-    handles, steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers, failed,
+    steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers, failed,
 ):  # fmt: skip
     """Do one step per row; return how many were finished and how it ended; `failed`: component, group, status."""
     for k in range(rows.shape[0]):
@@ -111,17 +120,19 @@ def run_steps(  # type: ignore[no-untyped-def]
                 failed[0] = i
                 clock[0] = times[k]
                 for g in range(first_setter[i], first_setter[i + 1]):
-                    status = set_changed(setters[g], handles[i], values, last, references, changed, reals, integers)
+                    status = set_changed(setters[g], values, last, references, changed, reals, integers)
                     if status > 1:
                         failed[1], failed[2] = g - first_setter[i], status
                         return k, SET
-                status = call_step(steppers[i], handles[i], times[k], step_size)
+                status = call_step(steppers[i, 1], steppers[i, 0], times[k], step_size)
+                if status == DECLINED:
+                    status = call_step(steppers[i, 3], steppers[i, 2], times[k], step_size)
                 if status > 1:
                     failed[2] = status
                     return k, STEP
                 clock[0] = times[k + 1]
                 for g in range(first_getter[i], first_getter[i + 1]):
-                    status = get_all(getters[g], handles[i], values, references, integers)
+                    status = get_all(getters[g], values, references, integers)
                     if status > 1:
                         failed[1], failed[2] = g - first_getter[i], status
                         return k, GET
@@ -134,16 +145,22 @@ def run_steps(  # type: ignore[no-untyped-def]
     return rows.shape[0], FINISHED
 
 
-def group_table(groups: list[Sequence[InputGroup | OutputGroup]], references: list[int]) -> tuple[IntTable, IntTable]:
-    """Return the table of all groups and, by component, the row of its first one; `references` collects theirs."""
+def group_table(
+    groups: list[Sequence[InputGroup | OutputGroup]], calls: list[tuple[int, int, int]], references: list[int]
+) -> tuple[IntTable, IntTable]:
+    """Return the table of all groups and, by component, the row of its first one; `references` collects theirs.
+
+    `calls` has for each component its FMI handle, and for Reals the first argument and the address of what to call.
+    """
     rows, first = [], [0]
-    for component, own in enumerate(groups):
+    for own, (handle, argument, function) in zip(groups, calls, strict=True):
         for group in own:
-            size = len(group.value_references)
-            rows.append((component, KINDS[group.type], address(group.call), group.first, size, len(references)))
+            fmi = handle, address(group.call)
+            call = (argument, function) if group.type == "Real" and function else fmi
+            rows.append((KINDS[group.type], group.first, len(group.value_references), len(references), *call, *fmi))
             references += group.value_references
         first.append(len(rows))
-    return np.array(rows, np.int64).reshape(-1, 6), np.array(first, np.int64)
+    return np.array(rows, np.int64).reshape(-1, 8), np.array(first, np.int64)
 
 
 def address(function: object) -> int:
@@ -164,8 +181,21 @@ class CompiledLoop:
     def __init__(self, execution: Execution):
         plan, self._ports = execution.schedule, execution.ports
         references: list[int] = []
-        setters, first_setter = group_table([port.inputs for port in self._ports], references)
-        getters, first_getter = group_table([port.outputs for port in self._ports], references)
+        handles = [port.instance.handle or 0 for port in self._ports]
+        found = [native_functions(port.instance) or NO_FUNCTIONS for port in self._ports]
+        natives = list(zip(handles, found, strict=True))
+        setters, first_setter = group_table(
+            [port.inputs for port in self._ports], [(h, n.component, n.set_real) for h, n in natives], references
+        )
+        getters, first_getter = group_table(
+            [port.outputs for port in self._ports], [(h, n.component, n.get_real) for h, n in natives], references
+        )
+        steps = []
+        for port, (handle, native) in zip(self._ports, natives, strict=True):
+            fmi = handle, address(port.do_step)
+            steps.append((native.component, native.do_step, *fmi) if native.do_step else fmi * 2)
+        self.steppers = np.array(steps, np.int64).reshape(-1, 4)
+        """By component: first argument and address of what steps it, then those of FMI, for what is declined."""
         widest = max([1, *setters[:, SIZE], *getters[:, SIZE]])
         self._driven = execution.driven
         self._failed = np.zeros(3, np.int64)
@@ -174,8 +204,7 @@ class CompiledLoop:
             row, row.copy(), execution.previous, execution.clock,
             plan.order, plan.stage_order, plan.stage_copies,
             plan.destination, plan.source, plan.factor, plan.offset, plan.lead,
-            np.array([port.instance.handle for port in self._ports], np.int64),
-            np.array([address(port.do_step) for port in self._ports], np.int64),
+            self.steppers,
             setters, first_setter, getters, first_getter, np.array(references, np.uint32),
             np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(widest, np.int32), self._failed,
         )  # fmt: skip

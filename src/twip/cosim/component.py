@@ -149,6 +149,12 @@ class Instance:
         array = (C_TYPES[kind] * 1)(value)
         self.call(f"fmi2Set{kind}", (fmi2ValueReference * 1)(start.variable.reference), 1, array)
 
+    def get_string(self, reference: int) -> str:
+        """Return the value of a String."""
+        text = (fmi2String * 1)()
+        self.call("fmi2GetString", (fmi2ValueReference * 1)(reference), 1, text)
+        return (text[0] or b"").decode("utf-8", "replace")
+
     def setup(self, start_time: float, stop_time: float) -> None:
         """Apply the start values and enter initialization mode."""
         self.call("fmi2SetupExperiment", 0, 0.0, start_time, 1, stop_time)

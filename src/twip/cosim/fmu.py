@@ -10,11 +10,13 @@ from dataclasses import dataclass
 import fmpy
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from .document import MAXIMUM_BYTES, parse_xml
+from .document import MAXIMUM_BYTES, Element, parse_xml
 from .problems import Place, Problems
 from .units import BASE_UNITS, Unit, lookup
 
 RECORDED_TYPES = ("Real", "Integer", "Boolean")
+NATIVE = "org.twip.native"
+"""Name of the vendor annotation that announces native functions."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,8 @@ class Fmu:
     """Step of the default experiment in s."""
     serializes_state: bool
     """Whether the state of an instance can be saved as bytes and restored."""
+    native_reference: int | None = None
+    """Value reference of the String that says where an instance's native functions are; see `native`."""
 
     def ports(self, causality: str) -> tuple[Variable, ...]:
         """The recorded inputs or outputs: Real, then Integer, then Boolean, each in the order of the model
@@ -115,7 +119,8 @@ def read_fmu(path: pathlib.Path, name: str, problems: Problems, place: Place) ->
         return None
     try:
         description = fmpy.read_model_description(str(path), validate=False)
-        fmu = None if description.coSimulation is None else _convert(description, path, name, problems, place)
+        native = _native_reference(root)
+        fmu = None if description.coSimulation is None else _convert(description, path, name, native, problems, place)
     except Exception as error:  # fmpy raises bare exceptions of many kinds on a malformed description
         problems.add(f"FMU {name}: modelDescription.xml cannot be read: {type(error).__name__}: {error}", place)
         return None
@@ -128,7 +133,9 @@ def read_fmu(path: pathlib.Path, name: str, problems: Problems, place: Place) ->
     return fmu if len(problems.lines) == before else None
 
 
-def _convert(description: ModelDescription, path: pathlib.Path, name: str, problems: Problems, place: Place) -> Fmu:
+def _convert(
+    description: ModelDescription, path: pathlib.Path, name: str, native: int | None, problems: Problems, place: Place
+) -> Fmu:
     units = {}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
@@ -153,8 +160,17 @@ def _convert(description: ModelDescription, path: pathlib.Path, name: str, probl
     serializes = description.coSimulation.canGetAndSetFMUstate and description.coSimulation.canSerializeFMUstate
     return Fmu(
         path, name, description.guid or "", description.coSimulation.modelIdentifier, description.generationTool or "",
-        _fingerprint(path), variables, feedthrough, units, only_once, step, bool(serializes),
+        _fingerprint(path), variables, feedthrough, units, only_once, step, bool(serializes), native,
     )  # fmt: skip
+
+
+def _native_reference(description: Element) -> int | None:
+    """Return the value reference that a model description announces, if it does."""
+    for element in description.iterfind(f"VendorAnnotations/Tool[@name='{NATIVE}']/NativeFunctions"):
+        text = element.get("valueReference", "")
+        if text.isascii() and text.isdigit() and int(text) < 2**32:
+            return int(text)
+    return None
 
 
 def _variable(v: ModelVariable, units: dict[str, Unit]) -> Variable:

@@ -6,7 +6,7 @@ from lxml import etree
 
 from .declare import Block, Variable
 from .messages import LOG_CATEGORIES
-from .table import exposed, unit_of
+from .table import NATIVE_REFERENCE, exposed, unit_of
 from .units import BASE_UNITS, UNITS
 
 GENERATION_DATE = "2026-01-01T00:00:00Z"
@@ -25,6 +25,11 @@ CAPABILITIES = {
     "providesDirectionalDerivative": "false",
 }
 """What an instance can do, in the words of FMI."""
+
+NATIVE_TOOL = "org.twip.native"
+"""Name of the annotation by which a master may find C functions that do what fmi2SetReal (for inputs), fmi2DoStep and
+fmi2GetReal do without entering Python; docs/native.md has the protocol.
+"""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ def model_description(block: Block, guid: str, origin: Origin) -> bytes:
         "DefaultExperiment",
         {"startTime": "0.0", "stopTime": repr(block.stop_time), "stepSize": repr(block.step_size)},
     )
+    tool = etree.SubElement(etree.SubElement(root, "VendorAnnotations"), "Tool", {"name": NATIVE_TOOL})
+    etree.SubElement(tool, "NativeFunctions", {"valueReference": str(NATIVE_REFERENCE)})
     model_variables = etree.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
         _add_variable(model_variables, reference, variable)

@@ -13,11 +13,12 @@ from typing import Any, ClassVar
 
 from pythonfmu import Fmi2Slave
 
+from ..robot.kernel import ENTERED, NOT_FINITE, OPEN, WAITING
 from .declare import Block
 from .exit_guard import guard_exit
 from .messages import DISCARD, LOG_CATEGORIES, WARNING, Messages
 from .saved_state import state_from_bytes, state_to_bytes, why_not_restorable
-from .table import Table, shown
+from .table import NATIVE_REFERENCE, Table, shown
 from .values import new_values
 
 INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = range(4)
@@ -46,7 +47,8 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._messages = Messages(self.log_queue)
         self._failure = ""  # traceback of the latest initialization
         self._stale = True  # initialization must run before outputs are read
-        self._attention = True  # the next step has something to check first
+        self._gate = self._block.gate
+        self._gate[0] = WAITING  # the next step has something to check first
         self._unchecked = True  # parameters have changed since they were checked
         self._warned = False
         self._asked: list[int] = []  # value references of the last get, and how to read them at once
@@ -83,12 +85,12 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         """End the run; values stay readable."""
         self._mode = TERMINATED
         self._writers.clear()
-        self._attention = True
+        self._gate[0] = WAITING
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance from `current_time` by `step_size` (both s); return False, FMI's Discard, when the step failed."""
         try:
-            if (self._attention or not 0.0 < step_size < inf) and not self._ready(current_time, step_size):
+            if (self._gate[0] != OPEN or not 0.0 < step_size < inf) and not self._ready(current_time, step_size):
                 return False
             if not self._advance(current_time, step_size):
                 return self._check_outputs(f"after the step from {current_time:.10g} s by {step_size:.10g} s")
@@ -121,7 +123,9 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         return [x != 0.0 for x in self._get(vrs, "Boolean")]
 
     def get_string(self, vrs: Sequence[int]) -> list[str]:
-        """Refuse: blocks have no String variables."""
+        """Return where the native functions are; there are no other String variables."""
+        if list(vrs) == [NATIVE_REFERENCE]:
+            return [" ".join(map(str, self._block.native))]
         self._get(vrs, "String")
         return [""] * len(vrs)
 
@@ -179,7 +183,8 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             if self._mode != STEPPING:
                 self._stale = True
             if variable.causality == "parameter":
-                self._unchecked = self._attention = True
+                self._unchecked = True
+                self._gate[0] = WAITING
 
     # Checks
 
@@ -201,7 +206,13 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _ready(self, time: float, step_size: float) -> bool:
         """Return whether a step may be done; otherwise the reason is in the log."""
-        if self._mode != STEPPING:
+        when = f"the step from {time:.10g} s by {step_size:.10g} s"
+        if self._gate[0] == NOT_FINITE:
+            return self._check_outputs(f"after {when}")
+        if self._gate[0] == ENTERED:
+            self._advance(time, step_size)  # raises what could not leave the native step
+            self._fail(f"{when} failed in compiled code")
+        elif self._mode != STEPPING:
             self._fail("a step is possible only between initialization and termination")
         elif not (0.0 < step_size < inf and isfinite(time)):
             self._fail(f"the step from {time!r} s by {step_size!r} s needs a finite begin and a positive length")
@@ -212,7 +223,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             self._messages.log(DISCARD, f"no step from {time:.10g} s, because of: {reasons}")
             return False
         self._warn_of_sampling(step_size)
-        self._attention = False
+        self._gate[0] = OPEN
         return True
 
     def _check_parameters(self) -> bool:
@@ -275,7 +286,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             self._stale, self._unchecked, self._warned = state["flags"]
             self._failure = state["failure"]
             self._messages.errors[:] = state["errors"]
-            self._attention = True
+            self._gate[0] = WAITING
         except BaseException:
             self._fail(f"restoring a state failed\n{traceback.format_exc()}")
 
@@ -284,5 +295,5 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
 
     def _fail(self, error: str) -> None:
         """Log an error; every step fails until reset, or until a state from before is restored."""
-        self._attention = True
+        self._gate[0] = WAITING
         self._messages.fail(error)

@@ -8,6 +8,11 @@ from typing import Any
 from ..robot.kernel import EntryPoints, entry_points
 from .declare import Block, Variable
 
+NATIVE_REFERENCE = 2**31 - 1
+"""Value reference of a String that is no variable: it says where the native functions of an instance are (see
+`model_description`).
+"""
+
 
 def exposed(block: Block) -> tuple[Variable, ...]:
     """Return the variables of the model description; the value reference of a variable is its index here."""
@@ -51,8 +56,9 @@ class Table:
 
     @cache  # noqa: B019 (a block has one table, which lives as long as the process)
     def compiled(self) -> EntryPoints:
-        """Return `initialize` and `step` compiled, on the address of values in the order of `attributes`."""
-        return entry_points(self.block.initialize, self.block.step, self.attributes)
+        """Return the block's functions compiled, on the address of values in the order of `attributes`."""
+        outputs = self.attributes.index(self.outputs[0].attribute), len(self.outputs)
+        return entry_points(self.block.initialize, self.block.step, self.attributes, outputs)
 
     def start_values(self, values: Any) -> Any:
         """Set parameters and inputs to their start, all others to zero, and return `values`."""

@@ -6,7 +6,7 @@ from functools import partial
 from struct import Struct
 from typing import Any, Protocol
 
-from ..robot.kernel import COMPILES
+from ..robot.kernel import COMPILES, WAITING
 from .table import Table, getter
 
 
@@ -14,6 +14,10 @@ class Values(Protocol):
     """Values as attributes of `v`, every one a float, parameters and inputs at their start in the beginning."""
 
     v: Any
+    gate: Any
+    """One number (1,) that lets native steps pass or not; see `kernel`."""
+    native: tuple[int, ...]
+    """Addresses of the values and of the native functions that set, step and get; empty where nothing is compiled."""
 
     def initialize(self, time: float) -> None:
         """Run the block's initialization."""
@@ -33,6 +37,8 @@ class PlainValues:
 
     def __init__(self, table: Table):
         self.v = table.start_values(table.slots())
+        self.gate: Any = [WAITING]
+        self.native: tuple[int, ...] = ()
         self._table = table
         self._outputs = getter(tuple(v.attribute for v in table.outputs))
 
@@ -70,14 +76,18 @@ class CompiledValues:
     """Values side by side in memory, on which the block's functions run compiled."""
 
     def __init__(self, table: Table):
-        fields = [(attribute, ctypes.c_double) for attribute in table.attributes]
+        size = len(table.attributes)
+        fields = [(attribute, ctypes.c_double) for attribute in (*table.attributes, "gate ")]
         self.v = table.start_values(type("Values", (ctypes.Structure,), {"_fields_": fields})())
         self._memory: Any = memoryview(self.v).cast("B").cast("d")
+        self.gate: Any = self._memory[size:]
+        self.gate[0] = WAITING
         first = table.attributes.index(table.outputs[0].attribute)
-        initialize, step = table.compiled()
+        functions = table.compiled()
         address = ctypes.addressof(self.v)
-        self.initialize = partial(initialize, address)
-        self.advance = partial(step, address, first, len(table.outputs))
+        self.native: tuple[int, ...] = (address, *functions.native)
+        self.initialize = partial(functions.initialize, address)
+        self.advance = partial(functions.step, address, first, len(table.outputs))
 
     def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
         """Return a function that reads the values behind value references."""

@@ -7,10 +7,10 @@ functions, and of `math` sin, cos, tan, exp, log, atan2, sqrt, floor, fabs, copy
 """
 
 from collections.abc import Callable, Sequence
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 MARKER = "twip-keeps-this-folder"
 """File beside the model description of an unpacked FMU, written by a master that keeps the folder: compiled code can be
@@ -28,10 +28,34 @@ if COMPILES:
     except ImportError:
         COMPILES = False
 
-EntryPoints = tuple[Callable[[int, float], None], Callable[[int, int, int, float, float], bool]]
+WAITING, OPEN, ENTERED, NOT_FINITE = 0.0, 1.0, 2.0, 3.0
+"""What the gate behind a block's values says to `do_step` of `NativeFunctions`: something has to be checked in Python
+first, go ahead, the last step never came back, the last step left an output that is not finite.
+"""
+DECLINED = -1
+"""Status of a native function that has changed nothing, or has left the reason in the gate: call the FMI function."""
+
+
+class EntryPoints(NamedTuple):
+    """The compiled functions of a block; `address` is that of its values."""
+
+    initialize: Callable[[int, float], None]
+    """`initialize(address, time)`."""
+    step: Callable[[int, int, int, float, float], bool]
+    """`step(address, first, count, time, step_size)`: returns whether the outputs, `count` from index `first` on, are
+    all finite.
+    """
+    native: tuple[int, int, int]
+    """Addresses of C functions that do what fmi2SetReal (for inputs), fmi2DoStep and fmi2GetReal do, without Python:
+    their first argument is `address` in place of the component, value references are indices of the values, and the
+    gate lies behind the values. They return fmi2OK or `DECLINED`.
+    """
+
+
 Function = TypeVar("Function", bound=Callable[..., object])
 _kernels: set[object] = set()
 _twins: dict[object, Any] = {}
+_kept: list[Any] = []  # C functions live as long as these objects
 
 
 def kernel(function: Function) -> Function:
@@ -82,13 +106,48 @@ def _step_at(address, first, count, time, step_size):  # type: ignore[no-untyped
     return True
 
 
-def entry_points(
-    initialize: Callable[[Any, float], None], step: Callable[[Any, float, float], None], attributes: Sequence[str]
-) -> EntryPoints:
-    """Return `initialize(v, time)` and `step(v, time, step_size)` compiled, taking the address of v's values for v.
+def _set_real(address, references, count, given):  # type: ignore[no-untyped-def]
+    values = carray(pointer(address), (SIZE,), FLOAT)  # type: ignore[name-defined] # noqa: F821
+    wanted, new = carray(references, (count,)), carray(given, (count,))  # type: ignore[name-defined] # noqa: F821
+    for i in range(count):
+        if not isfinite(new[i]):
+            return DECLINED
+    for i in range(count):
+        values[wanted[i]] = new[i]
+    return 0
 
-    v's values are float64 in the order of `attributes`. The compiled step takes in addition which values are outputs
-    (index of the first, count) and returns whether they are all finite.
+
+def _get_real(address, references, count, taken):  # type: ignore[no-untyped-def]
+    values = carray(pointer(address), (SIZE,), FLOAT)  # type: ignore[name-defined] # noqa: F821
+    wanted, out = carray(references, (count,)), carray(taken, (count,))  # type: ignore[name-defined] # noqa: F821
+    for i in range(count):
+        out[i] = values[wanted[i]]
+    return 0
+
+
+def _do_step(address, time, step_size, _prior):  # type: ignore[no-untyped-def]
+    gate = carray(pointer(address + 8 * SIZE), (1,), FLOAT)  # type: ignore[name-defined] # noqa: F821
+    if gate[0] != OPEN or not 0.0 < step_size < inf:
+        return DECLINED
+    gate[0] = ENTERED
+    try:
+        finite = STEP_AT(address, FIRST, COUNT, time, step_size)  # type: ignore[name-defined] # noqa: F821
+    except Exception:  # cannot leave a C function
+        return DECLINED
+    gate[0] = OPEN if finite else NOT_FINITE
+    return 0 if finite else DECLINED
+
+
+def entry_points(
+    initialize: Callable[[Any, float], None],
+    step: Callable[[Any, float, float], None],
+    attributes: Sequence[str],
+    outputs: tuple[int, int],
+) -> EntryPoints:
+    """Return what a block with the functions `initialize(v, time)` and `step(v, time, step_size)` runs on, compiled.
+
+    v's values are float64 in the order of `attributes`, and behind them lies the gate. `outputs` are the index of the
+    first output and their number.
     """
     names = {
         "__name__": __name__,
@@ -96,12 +155,32 @@ def entry_points(
         "STEP": compiled(step),
         "RECORD": numpy.dtype([(name, numpy.float64) for name in attributes]),
         "FLOAT": numpy.float64,
+        "SIZE": len(attributes),
+        "FIRST": outputs[0],
+        "COUNT": outputs[1],
         "carray": numba.carray,
         "pointer": numba.extending.intrinsic(_pointer),
-        "isfinite": isfinite,
+        **{"isfinite": isfinite, "inf": inf, "OPEN": OPEN, "ENTERED": ENTERED, "NOT_FINITE": NOT_FINITE},
+        "DECLINED": DECLINED,
     }
-    word, real = numba.int64, numba.float64
-    return (
+    word, real, status = numba.int64, numba.float64, numba.int32
+    references, reals = numba.types.CPointer(numba.uint32), numba.types.CPointer(real)
+    access = status(word, references, numba.uint64, reals)
+    step_at = _compile(_step_at, names, numba.boolean(word, word, word, real, real))
+    return EntryPoints(
         _compile(_initialize_at, names, numba.void(word, real)),
-        _compile(_step_at, names, numba.boolean(word, word, word, real, real)),
+        step_at,
+        (
+            _compile_for_c(_set_real, names, access),
+            _compile_for_c(_do_step, {**names, "STEP_AT": step_at}, status(word, real, real, status)),
+            _compile_for_c(_get_real, names, access),
+        ),
     )
+
+
+def _compile_for_c(function: Any, names: dict[str, Any], signature: Any) -> int:
+    """Compile `function` with `names` as its globals as a C function, cached like the others; return its address."""
+    twin = FunctionType(function.__code__, names, function.__name__)
+    made = numba.cfunc(signature, cache=True)(twin)
+    _kept.append(made)
+    return int(made.address)
