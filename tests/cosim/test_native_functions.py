@@ -8,7 +8,7 @@ from ssp_writer import component, connection, system, write
 
 from twip.cosim import Table, load, simulate
 from twip.cosim.compiled_loop import CompiledLoop
-from twip.cosim.component import Instance
+from twip.cosim.instance_fmi2 import Fmi2Instance
 from twip.cosim.native import NO_FUNCTIONS
 from twip.errors import TwipError
 from twip.fmi.build import build_blocks
@@ -87,7 +87,7 @@ def test_a_block_that_is_not_compiled_is_called_by_fmi(blocks, monkeypatch):
 
 def test_an_announcement_that_is_no_address_is_not_followed(blocks, monkeypatch):
     for text in ("", "1 2 3", "1 2 3 x", "-1 2 3 4", "1 2 3 4 5"):
-        monkeypatch.setattr(Instance, "get_string", lambda *_, text=text: text)
+        monkeypatch.setattr(Fmi2Instance, "get_string", lambda *_, text=text: text)
         table, told = run(blocks, "compiled")
         assert told == ""
         assert len(table.times) == 101

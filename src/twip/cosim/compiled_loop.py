@@ -192,7 +192,7 @@ class CompiledLoop:
         )
         steps = []
         for port, (handle, native) in zip(self._ports, natives, strict=True):
-            fmi = handle, address(port.do_step)
+            fmi = handle, port.instance.stepper
             steps.append((native.component, native.do_step, *fmi) if native.do_step else fmi * 2)
         self.steppers = np.array(steps, np.int64).reshape(-1, 4)
         """By component: first argument and address of what steps it, then those of FMI, for what is declined."""
@@ -228,7 +228,9 @@ class CompiledLoop:
             if ending == NOT_FINITE:
                 port.refuse(port.outputs[group])
             groups: Sequence[InputGroup | OutputGroup] = port.inputs if ending == SET else port.outputs
-            port.instance.check("fmi2DoStep" if ending == STEP else groups[group].function, status)
+            if ending == STEP:
+                port.instance.check_step(status)
+            port.instance.check(groups[group].function, status)
         except TwipError as failure:
             return failure
         raise RuntimeError(f"status {status} is no failure")

@@ -1,29 +1,28 @@
-"""One FMU instance: its life cycle, and its failures told in one line."""
+"""One FMU instance: its life cycle, and its failures told in one line. What differs between the versions of FMI is in
+`instance_fmi2` and `instance_fmi3`.
+"""
 
 import atexit
 import ctypes
 import os
 import pathlib
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
 from numpy.typing import NDArray
 
 from ..errors import TwipError
-from .messages import LEVELS, Callbacks, Message
-from .parameters import StartValue
+from .messages import LEVELS, Message
 from .system import Component
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+UNFIT = 100
+"""Status beyond those of FMI: the call itself succeeded, and what it returned cannot be used."""
 _ERROR, _FATAL = 3, 4
-C_TYPES = {
-    "Real": fmi2Real,
-    "Integer": fmi2Integer,
-    "Boolean": fmi2Boolean,
-    "String": fmi2String,
-    "Enumeration": fmi2Integer,
-}
 _guarded: dict[str, ctypes.CDLL] = {}
 
 
@@ -56,8 +55,29 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-class Instance:
+@dataclass(frozen=True)
+class Access:
+    """The function that gets or sets the variables of one type."""
+
+    name: str
+    """As FMI calls it, such as `fmi3GetFloat64`."""
+    call: Callable[..., int]
+    """The C function; it returns the FMI status."""
+    element: Any
+    """The ctypes type of one value."""
+    counts_values: bool
+    """Whether the last argument is the number of values (FMI 3), since a variable may be an array."""
+
+
+class Instance(ABC):
     """An instance of a component's FMU. After a fatal status no function of its FMU is called any more."""
+
+    version: str
+    """What the functions of this version of FMI begin with."""
+    slave: Any
+    """fmpy's object with the FMU's functions."""
+    handle: int | None = None
+    """Address of the instance within the FMU."""
 
     def __init__(
         self,
@@ -71,7 +91,7 @@ class Instance:
 
         Messages are appended to `messages`, stamped with the simulated time in `clock` (1,). `dead`, shared by the
         instances of a run, collects the folders of FMUs of which some instance returned fatal: FMI 2.0.4 section 2.1.3
-        forbids every further call to any instance of such an FMU.
+        and FMI 3.0.1 section 2.2.3 forbid every further call to any instance of such an FMU.
         """
         self.name = component.name
         self.component = component
@@ -83,15 +103,9 @@ class Instance:
         self._initialized = False
         self._freed = False
         self._status = 0
-        self.handle: int | None = None
         here = os.getcwd()
         try:
-            self.slave = FMU2Slave(
-                guid=component.fmu.guid,
-                modelIdentifier=component.fmu.model_identifier,
-                unzipDirectory=str(folder),
-                instanceName=component.name,
-            )
+            self.slave = self._load()
         except Exception as error:  # fmpy raises bare exceptions; a missing function is an AttributeError
             raise ComponentError(
                 f"{self.name}: {component.fmu.name} cannot be loaded: {' '.join(str(error).split())}"
@@ -99,19 +113,72 @@ class Instance:
         finally:
             os.chdir(here)
         self._stays_loaded = _guard_exit(self.slave.dll._name)
-        # pythonfmu passes messages as formats without arguments: a `%s` in one would crash the process if expanded
-        self._callbacks = Callbacks(self._receive, formatted=not self._stays_loaded)
         try:
-            self.slave.instantiate(callbacks=self._callbacks.struct, loggingOn=True)
+            self._instantiate()
         except Exception:  # fmpy raises a bare exception when the FMU returns no instance
-            failure = self.failure("fmi2Instantiate", "returned no instance")
+            failure = self.failure(self._instantiation, "returned no instance")
             self._unload()
             raise failure from None
         self.handle = self.slave.component
 
+    _instantiation: str
+    """Name of the function that makes the instance."""
+
+    @abstractmethod
+    def _load(self) -> Any:
+        """Return fmpy's object for the FMU in the folder."""
+
+    @abstractmethod
+    def _instantiate(self) -> None:
+        """Create the instance within the FMU; what it logs goes to `_receive`."""
+
+    @abstractmethod
+    def setup(self, start_time: float, stop_time: float) -> None:
+        """Apply the start values and enter initialization mode; times in s."""
+
+    @abstractmethod
+    def getter(self, type_: str) -> Access:
+        """Return the function that gets variables of a type."""
+
+    @abstractmethod
+    def setter(self, type_: str) -> Access:
+        """Return the function that sets variables of a type."""
+
+    @abstractmethod
+    def get_string(self, reference: int) -> str:
+        """Return the value of a String."""
+
+    @property
+    @abstractmethod
+    def stepper(self) -> int:
+        """What the compiled loop needs to do a step: the address of fmi2DoStep, or the negative address of a block of
+        memory that `instance_fmi3` describes.
+        """
+
+    @abstractmethod
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size`, both in s."""
+
+    @abstractmethod
+    def save_state(self) -> bytes:
+        """Return the serialized state between two steps."""
+
+    @abstractmethod
+    def restore_state(self, data: bytes) -> None:
+        """Take over a state that `save_state` of an instance of the same FMU has returned."""
+
+    def finish_initialization(self) -> None:
+        """Leave initialization mode: the instance may be stepped."""
+        self.call(f"{self.version}ExitInitializationMode")
+        self._initialized = True
+
     @property
     def _time(self) -> float:
         return float(self._clock[0])
+
+    def _function(self, name: str) -> Callable[..., int]:
+        function: Callable[..., int] = self.slave._functions[name]
+        return function
 
     def _receive(self, status: int, text: str) -> None:
         self._said = [*self._said[-9:], (status, text)]
@@ -135,6 +202,10 @@ class Instance:
             self._dead.add(self._folder)
         raise self.failure(function, f"returned {STATUS[status] if 0 <= status < len(STATUS) else status}")
 
+    def check_step(self, status: int) -> None:
+        """Raise `ComponentError` unless a step with this status has succeeded; `UNFIT` needs a closer look."""
+        self.check(f"{self.version}DoStep", status)
+
     def call(self, function: str, *arguments: object) -> None:
         """Call one of fmpy's methods of the same life-cycle step, checking its status."""
         try:
@@ -142,76 +213,26 @@ class Instance:
         except FMICallException as error:
             self.check(function, error.status)
 
-    def set_start_value(self, start: StartValue) -> None:
-        """Set a variable before initialization."""
-        kind = "Integer" if start.variable.type == "Enumeration" else start.variable.type
-        value = start.value.encode() if isinstance(start.value, str) else start.value
-        array = (C_TYPES[kind] * 1)(value)
-        self.call(f"fmi2Set{kind}", (fmi2ValueReference * 1)(start.variable.reference), 1, array)
-
-    def get_string(self, reference: int) -> str:
-        """Return the value of a String."""
-        text = (fmi2String * 1)()
-        self.call("fmi2GetString", (fmi2ValueReference * 1)(reference), 1, text)
-        return (text[0] or b"").decode("utf-8", "replace")
-
-    def setup(self, start_time: float, stop_time: float) -> None:
-        """Apply the start values and enter initialization mode."""
-        self.call("fmi2SetupExperiment", 0, 0.0, start_time, 1, stop_time)
-        for start in self.component.start_values:
-            self.set_start_value(start)
-        self.call("fmi2EnterInitializationMode")
-
-    def finish_initialization(self) -> None:
-        """Leave initialization mode: the instance may be stepped."""
-        self.call("fmi2ExitInitializationMode")
-        self._initialized = True
-
-    def save_state(self) -> bytes:
-        """Return the serialized state between two steps."""
-        state, size = fmi2FMUstate(), ctypes.c_size_t()
-        self.call("fmi2GetFMUstate", ctypes.byref(state))
-        try:
-            self.call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
-            buffer = ctypes.create_string_buffer(size.value)
-            self.call("fmi2SerializeFMUstate", state, buffer, size)
-        finally:
-            self._free_state(state)
-        return buffer.raw
-
-    def restore_state(self, data: bytes) -> None:
-        """Take over a state that `save_state` of an instance of the same FMU has returned."""
-        state, buffer = fmi2FMUstate(), ctypes.create_string_buffer(data, len(data))
-        try:
-            self.call("fmi2DeSerializeFMUstate", buffer, len(data), ctypes.byref(state))
-            self.call("fmi2SetFMUstate", state)
-        finally:
-            self._free_state(state)
-
-    def _free_state(self, state: ctypes.c_void_p) -> None:
-        if state.value is not None and self._folder not in self._dead:
-            self.call("fmi2FreeFMUstate", ctypes.byref(state))
-
     def close(self) -> None:
         """Terminate and free what the FMI state machine allows; failures here are only logged."""
         if self._freed:
             return
         self._freed = True
         if self.handle is not None and self._folder not in self._dead:
+            terminate = f"{self.version}Terminate"
             try:
                 if self._initialized and self._status < _ERROR:
-                    self.slave.fmi2Terminate(self.handle)
+                    getattr(self.slave, terminate)(self.handle)
             except FMICallException as error:
                 self._messages.append(
-                    Message(self._time, "warning", self.name, f"fmi2Terminate returned {STATUS[error.status]}")
+                    Message(self._time, "warning", self.name, f"{terminate} returned {STATUS[error.status]}")
                 )
                 if error.status == _FATAL:
                     self._dead.add(self._folder)
             if self._folder not in self._dead:
-                self.slave.fmi2FreeInstance(self.handle)
+                getattr(self.slave, f"{self.version}FreeInstance")(self.handle)
         self._unload()
 
     def _unload(self) -> None:
-        self._callbacks.close()
         if not self._stays_loaded and self._folder not in self._dead:
             self.slave.freeLibrary()

@@ -56,7 +56,7 @@ class PythonLoop:
                     for port in ports:
                         clock[0] = time
                         port.set_inputs()
-                        port.step(time, step_size)
+                        port.instance.step(time, step_size)
                         clock[0] = reached
                         port.get_outputs()
             except TwipError as failure:

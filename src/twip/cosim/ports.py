@@ -5,9 +5,7 @@ import math
 from collections.abc import Callable
 from typing import NoReturn
 
-from fmpy.fmi2 import fmi2ValueReference
-
-from .component import C_TYPES, Instance
+from .component import Instance
 from .schedule import ComponentPorts, Group
 
 Vector = ctypes.Array[ctypes.c_double]
@@ -16,33 +14,35 @@ Vector = ctypes.Array[ctypes.c_double]
 class InputGroup:
     """Inputs of one type, and the function that sets them."""
 
-    def __init__(self, group: Group, slave: object):
+    def __init__(self, group: Group, instance: Instance):
         size = len(group.references)
+        setter = instance.setter(group.type)
         self.type = group.type
-        self.function = f"fmi2Set{group.type}"
-        self.call: Callable[..., int] = getattr(slave, "_functions")[self.function]  # noqa: B009
+        self.function = setter.name
+        self.call = setter.call
         self.convert: Callable[[float], float] = float if group.type == "Real" else int
         self.first = group.first
         self.value_references: list[int] = group.references.tolist()
         self.last: list[float | None] = [None] * size
-        self.references = (fmi2ValueReference * size)()
-        self.buffer = (C_TYPES[group.type] * size)()
+        self.references = (ctypes.c_uint * size)()
+        self.buffer = (setter.element * size)()
 
 
 class OutputGroup:
     """Variables of one type that are read, and the function that gets them."""
 
-    def __init__(self, group: Group, slave: object, values: Vector):
+    def __init__(self, group: Group, instance: Instance, values: Vector):
         size = len(group.references)
+        getter = instance.getter(group.type)
         self.type = group.type
-        self.function = f"fmi2Get{group.type}"
-        self.call: Callable[..., int] = getattr(slave, "_functions")[self.function]  # noqa: B009
+        self.function = getter.name
+        self.call = getter.call
         self.real = group.type == "Real"
         self.first = group.first
         self.size = size
         self.value_references: list[int] = group.references.tolist()
-        self.references = (fmi2ValueReference * size)(*self.value_references)
-        kind = C_TYPES[group.type]
+        self.references = (ctypes.c_uint * size)(*self.value_references)
+        kind = getter.element
         # Reals are read straight into the vector
         self.buffer = (
             (kind * size).from_buffer(values, group.first * ctypes.sizeof(ctypes.c_double))
@@ -57,10 +57,9 @@ class Ports:
     def __init__(self, ports: ComponentPorts, instance: Instance, values: Vector):
         self.instance = instance
         self._values = values
-        self.inputs = [InputGroup(group, instance.slave) for group in ports.inputs]
-        self.outputs = [OutputGroup(group, instance.slave, values) for group in ports.outputs]
-        self._input_values = [OutputGroup(group, instance.slave, values) for group in ports.inputs]
-        self.do_step: Callable[..., int] = instance.slave._functions["fmi2DoStep"]
+        self.inputs = [InputGroup(group, instance) for group in ports.inputs]
+        self.outputs = [OutputGroup(group, instance, values) for group in ports.outputs]
+        self._input_values = [OutputGroup(group, instance, values) for group in ports.inputs]
 
     def read_inputs(self) -> None:
         """Read the inputs' start values from the FMU into the vector; they count as set."""
@@ -111,9 +110,3 @@ class Ports:
             (r, v) for r, v in zip(group.references, group.buffer, strict=True) if not math.isfinite(v)
         )
         raise self.instance.failure(group.function, f"gave {variables[reference]} = {value}, which is not finite")
-
-    def step(self, time: float, step_size: float) -> None:
-        """Advance the instance from `time` by `step_size`, both in s."""
-        status = self.do_step(self.instance.handle, time, step_size, 1)
-        if status:
-            self.instance.check("fmi2DoStep", status)

@@ -18,6 +18,7 @@ from .execution import Execution, vector
 from .experiment import Coupling, TimeGrid
 from .initialization import initialize
 from .inputs import InputSeries
+from .instantiate import instantiate
 from .interrupt import InterruptFlag
 from .kept import awaits_compiling
 from .messages import Message
@@ -134,7 +135,7 @@ class Run:
         for component, folder in zip(system.components, folders, strict=True):
             if self.interrupted:
                 return None
-            self.instances.append(Instance(component, folder, self.delivery.messages, self.dead, self.clock))
+            self.instances.append(instantiate(component, folder, self.delivery.messages, self.dead, self.clock))
         ports = [Ports(p, i, self.values) for p, i in zip(self.schedule.components, self.instances, strict=True)]
         columns = self.inputs.columns.tolist()
         driven = self.inputs.at(grid.times(0, 0), grid.step_size)[0].tolist()

@@ -1,0 +1,106 @@
+"""An instance of an FMI 2.0 co-simulation FMU."""
+
+import ctypes
+from typing import Any
+
+from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
+
+from .component import Access, Instance
+from .messages import Callbacks
+
+_C_TYPES = {"Real": fmi2Real, "Integer": fmi2Integer, "Boolean": fmi2Boolean, "String": fmi2String}
+
+
+class Fmi2Instance(Instance):
+    """Life cycle and functions of FMI 2.0.4 sections 2.1 and 4.2."""
+
+    version = "fmi2"
+    _instantiation = "fmi2Instantiate"
+
+    def _load(self) -> Any:
+        fmu = self.component.fmu
+        slave = FMU2Slave(
+            guid=fmu.guid,
+            modelIdentifier=fmu.model_identifier,
+            unzipDirectory=str(self._folder),
+            instanceName=self.name,
+        )
+        self._do_step = slave._functions["fmi2DoStep"]
+        return slave
+
+    def _instantiate(self) -> None:
+        # pythonfmu passes messages as formats without arguments: a `%s` in one would crash the process if expanded
+        self._callbacks = Callbacks(self._receive, formatted=not self._stays_loaded)
+        self.slave.instantiate(callbacks=self._callbacks.struct, loggingOn=True)
+
+    def setup(self, start_time: float, stop_time: float) -> None:
+        """Apply the start values and enter initialization mode; times in s."""
+        self.call("fmi2SetupExperiment", 0, 0.0, start_time, 1, stop_time)
+        for start in self.component.start_values:
+            setter = self.setter(start.variable.recorded_type)
+            value = start.value.encode() if isinstance(start.value, str) else start.value
+            self.check(
+                setter.name,
+                setter.call(
+                    self.handle, (fmi2ValueReference * 1)(start.variable.reference), 1, (setter.element * 1)(value)
+                ),
+            )
+        self.call("fmi2EnterInitializationMode")
+
+    def getter(self, type_: str) -> Access:
+        """Return the function that gets variables of a type."""
+        return self._access("fmi2Get", type_)
+
+    def setter(self, type_: str) -> Access:
+        """Return the function that sets variables of a type."""
+        return self._access("fmi2Set", type_)
+
+    def _access(self, verb: str, type_: str) -> Access:
+        name = f"{verb}{type_}"
+        return Access(name, self._function(name), _C_TYPES[type_], counts_values=False)
+
+    def get_string(self, reference: int) -> str:
+        """Return the value of a String."""
+        text = (fmi2String * 1)()
+        self.call("fmi2GetString", (fmi2ValueReference * 1)(reference), 1, text)
+        return (text[0] or b"").decode("utf-8", "replace")
+
+    @property
+    def stepper(self) -> int:
+        """The address of fmi2DoStep."""
+        return ctypes.cast(self._do_step, ctypes.c_void_p).value or 0
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size`, both in s."""
+        status = self._do_step(self.handle, time, step_size, 1)
+        if status:
+            self.check_step(status)
+
+    def save_state(self) -> bytes:
+        """Return the serialized state between two steps."""
+        state, size = fmi2FMUstate(), ctypes.c_size_t()
+        self.call("fmi2GetFMUstate", ctypes.byref(state))
+        try:
+            self.call("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+            buffer = ctypes.create_string_buffer(size.value)
+            self.call("fmi2SerializeFMUstate", state, buffer, size)
+        finally:
+            self._free_state(state)
+        return buffer.raw
+
+    def restore_state(self, data: bytes) -> None:
+        """Take over a state that `save_state` of an instance of the same FMU has returned."""
+        state, buffer = fmi2FMUstate(), ctypes.create_string_buffer(data, len(data))
+        try:
+            self.call("fmi2DeSerializeFMUstate", buffer, len(data), ctypes.byref(state))
+            self.call("fmi2SetFMUstate", state)
+        finally:
+            self._free_state(state)
+
+    def _free_state(self, state: ctypes.c_void_p) -> None:
+        if state.value is not None and self._folder not in self._dead:
+            self.call("fmi2FreeFMUstate", ctypes.byref(state))
+
+    def _unload(self) -> None:
+        self._callbacks.close()
+        super()._unload()

@@ -1,0 +1,22 @@
+"""Makes an instance of a component, whatever its version of FMI."""
+
+import pathlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .component import Instance
+from .instance_fmi2 import Fmi2Instance
+from .messages import Message
+from .system import Component
+
+
+def instantiate(
+    component: Component,
+    folder: pathlib.Path,
+    messages: list[Message],
+    dead: set[pathlib.Path],
+    clock: NDArray[np.float64],
+) -> Instance:
+    """Return a new instance of the FMU unpacked in `folder`; the arguments are those of `Instance`."""
+    return Fmi2Instance(component, folder, messages, dead, clock)
