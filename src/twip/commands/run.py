@@ -25,6 +25,7 @@ examples:
   twip run ssp/twip.ssp --stop-time 5 --start-values plant.pitch_start 0.3 imu.seed 7
   twip run ssp/twip.ssp --parameters ssp/parameters/pid.ssv --log logs/pid.mcap
   twip run ssp/twip.ssp --input-file ssp/inputs/push.csv --output-file push.csv
+  twip run ssp/twip.ssp --real-time
   twip run ssp/twip.ssp --checkpoint-every 1
   twip run ssp/twip.ssp --resume logs/twip.checkpoint --stop-time 20
 """
@@ -105,6 +106,15 @@ def declare(parser: argparse.ArgumentParser) -> None:
         help="go on from a checkpoint, with all other options as before; only --stop-time (in s) may be later, "
         "and inputs later than the checkpoint may differ",
     )
+    parser.add_argument(
+        "--real-time",
+        nargs="?",
+        type=float,
+        const=1.0,
+        metavar="FACTOR",
+        help="pace the run to the wall clock, at FACTOR simulated seconds per second (1 if not given); "
+        "default: as fast as it goes",
+    )
     parser.set_defaults(run=run)
 
 
@@ -172,6 +182,7 @@ def run(arguments: argparse.Namespace) -> int:
                 checkpoint=checkpoint,
                 checkpoint_every=arguments.checkpoint_every,
                 resume=arguments.resume,
+                real_time=arguments.real_time,
             )
     print_result(result)
     print_rows(("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint))
@@ -197,4 +208,5 @@ def print_result(result: Result) -> None:
         ("interrupted at" if result.interrupted else "simulated to", f"{result.time:g} s{start} in {steps}"),
         ("start-up", f"{result.setup_time:.2f} s"),
         ("real-time factor", f"{result.real_time_factor:.1f} ({result.wall_time:.2f} s)"),
+        ("real time", result.real_time),
     )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .messages import Message
+from .pace import RealTime
 from .record import Channel, columns
 from .sole_file import InUseError, SoleFile
 
@@ -41,6 +42,8 @@ class Result:
     """File that holds the state at the end, if one was asked for."""
     signal: int | None = None
     """Number of the signal that ended an interrupted run."""
+    real_time: RealTime | None = None
+    """Kept and missed deadlines of a run in real time."""
 
     @property
     def real_time_factor(self) -> float:

@@ -22,6 +22,7 @@ from .instantiate import instantiate
 from .interrupt import InterruptFlag
 from .kept import awaits_compiling
 from .messages import Message
+from .pace import Pacer
 from .ports import Ports
 from .results import Result
 from .schedule import Schedule, make_schedule
@@ -67,6 +68,7 @@ class Run:
     loop: LoopKind
     saving: Saving | None
     resumed: Checkpoint | None
+    pacer: Pacer | None
     progress: Callable[[float], None]
     notice: Callable[[str], None]
     instances: list[Instance] = field(default_factory=list)
@@ -119,6 +121,7 @@ class Run:
             warnings=tuple(self.warnings),
             checkpoint=self.saving.path if self.saving is not None and self.saved is not None else None,
             signal=self.interrupted.signal if interrupted else None,
+            real_time=self.pacer.report if self.pacer is not None else None,
         )
 
     def _time_of(self, steps: int) -> float:
@@ -197,20 +200,27 @@ class Run:
 
     def _advance(self, loop: Loop, execution: Execution) -> None:
         grid, last = self.grid, self.grid.steps
+        longest = CHUNK if self.pacer is None else min(CHUNK, self.pacer.chunk(grid.step_size))
+        if self.pacer is not None:
+            self.pacer.start(self._time_of(self.steps))
         while self.steps < last and not self.interrupted:
             due = last if self.saving is None else self.saving.next(self.steps, last)
-            count = min(CHUNK, due - self.steps)
+            count = min(longest, due - self.steps)
             times = grid.times(self.steps, count)
             inputs = self.inputs.at(times[:-1], grid.step_size)
             rows = np.empty((count, self.schedule.columns))  # anew for each chunk: a sink may keep it
             done, failure = loop.run(times, grid.step_size, inputs, rows, self.interrupted.array)
             self.steps += done
+            if self.pacer is not None:
+                self.pacer.wait(float(times[done]), self.interrupted)
             self.delivery.write(times[1 : done + 1], rows[:done])
             self.progress(float(times[done]))
             if failure is not None:
                 raise failure
             if self.steps == due:
                 self._save(execution)
+        if self.pacer is not None:
+            self._say("info", f"real time: {self.pacer.report}")
         self._save(execution)
 
     def _save(self, execution: Execution) -> None:

@@ -15,6 +15,7 @@ from .experiment import Coupling, TimeGrid, time_grid
 from .inputs import NO_INPUTS, read_inputs
 from .interrupt import InterruptFlag
 from .loop import PythonLoop
+from .pace import Pacer
 from .record import Sink
 from .results import Result
 from .run import LoopKind, Run
@@ -40,6 +41,7 @@ def simulate(
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float | None = None,
     resume: str | os.PathLike[str] | None = None,
+    real_time: float | None = None,
 ) -> Result:
     """Run `system`; times and step in s, `coupling` `jacobi` or `gauss-seidel`.
 
@@ -56,6 +58,8 @@ def simulate(
     ends the run, and at its end; a failed run leaves the last one. `resume` is such a file: the run goes on from there
     as if it had never stopped. It must be the same in everything but the stop time and later values of the inputs; its
     first row is that of the checkpoint.
+
+    `real_time` holds the run back to so many simulated seconds per second; the result tells of missed deadlines.
 
     Raises `TwipError` for bad arguments and for the failure of a component.
     """
@@ -78,6 +82,7 @@ def simulate(
             resumed = Checkpoint.read(pathlib.Path(resume))
             resumed.check(pathlib.Path(resume), identify(system, grid, plan, inputs), grid, inputs)
         saving = None if checkpoint is None else Saving.of(system, checkpoint, checkpoint_every, grid.step_size)
+        pacer = None if real_time is None else Pacer(real_time)
         interrupted.__enter__()
         if callable(sinks):
             given = sinks(grid)
@@ -93,6 +98,7 @@ def simulate(
             loop=kind,
             saving=saving,
             resumed=resumed,
+            pacer=pacer,
             progress=progress or _ignore,
             notice=notice or _ignore,
         ).execute()
