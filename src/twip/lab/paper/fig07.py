@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..drawing import ORANGE, REAL, RED, THIN, label, legend, picture
+from ..numbers import fundamental, phase_lag
 from .checks import Check, Result
 from .laboratory import Laboratory
-from .metrics import fundamental, phase_lag
 from .swing import FAST, FAST_FREQUENCY, SLOW, encoder_pitch, swings
 
 CLOSE = 1.0

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..drawing import BLUE, ORANGE, REAL, RED, THIN, label, legend, picture
+from ..numbers import phase_lag
 from .checks import Check, Result
 from .laboratory import Laboratory
-from .metrics import phase_lag
 from .swing import FAST, FAST_FREQUENCY, encoder_pitch, swings
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..drawing import BLUE, GREY, INK, REAL, RED, THIN, label, legend, picture, robot
+from ..numbers import settling_time
 from .checks import Check, Result
 from .laboratory import Experiment, Laboratory, Run
-from .metrics import settling_time
 
 RELEASE = 1.0
 """Time in s until which the robot is held and the drive is off."""

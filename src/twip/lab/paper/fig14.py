@@ -4,9 +4,9 @@ import numpy as np
 
 from ...robot.parameters import value
 from ..drawing import BLUE, BROAD, GREY, INK, RED, label, legend, picture
+from ..numbers import excursions, reversals
 from .checks import Check, Result
 from .laboratory import Experiment, Laboratory, Run
-from .metrics import excursions, reversals
 from .stand import END, RELEASE, STEADY, stand_up, stand_ups, steady_pitch
 
 BOUNDARIES = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0)

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..drawing import BLUE, GREEN, RED, label, picture
+from ..numbers import overshoot
 from .checks import Check, Result
 from .laboratory import Experiment, Laboratory, Run
-from .metrics import overshoot
 from .stand import PITCH_ONLY, RELEASE, STEADY, stand_up, steady_pitch
 
 END = RELEASE + 4.0

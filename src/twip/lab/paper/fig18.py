@@ -4,9 +4,9 @@ import numpy as np
 
 from ...robot.parameters import value
 from ..drawing import BLUE, BROAD, GREEN, GREY, INK, ORANGE, REAL, RED, THIN, label, legend, picture
+from ..numbers import slope
 from .checks import Check, Result
 from .laboratory import Array, Experiment, Laboratory, Run
-from .metrics import slope
 from .stand import PITCH_ONLY, RELEASE
 
 CHANGE = RELEASE + 1.5

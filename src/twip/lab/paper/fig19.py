@@ -4,9 +4,9 @@ import numpy as np
 
 from ...robot.parameters import value
 from ..drawing import BLUE, BROAD, GREY, INK, REAL, RED, THIN, label, legend, picture
+from ..numbers import time_to_reach
 from .checks import Check, Result
 from .laboratory import Array, Experiment, Laboratory, Run
-from .metrics import time_to_reach
 
 TURN, END = 5.0, 10.0
 """Times in s of the step of the yaw reference and of the end."""

@@ -1,8 +1,9 @@
 """Numbers that a signal is judged by."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .laboratory import Array
+Array = NDArray[np.float64]
 
 
 def rms(signal: Array) -> float:

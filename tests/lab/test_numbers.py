@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twip.lab.paper.metrics import (
+from twip.lab.numbers import (
     excursions,
     fundamental,
     overshoot,

@@ -1,0 +1,202 @@
+"""The numbers the robot is judged by, from any record of a run that has its signals: a log or a table in memory.
+
+`measure(log)` gives all of them by name, `METRICS` says what each one is, `judge(log)` puts a run into words. Angles in
+rad, times in s since the start of the record, voltages in V, energy in J.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import degrees, inf
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import TwipError
+from .numbers import Array, overshoot, settling_time
+
+SETTLED_AFTER = 3.0
+"""Time after the release from which the pitch must stay within `PITCH_LIMIT`, in s."""
+PITCH_LIMIT = np.radians(1.0)
+"""Largest pitch of a balanced robot, in rad."""
+REQUIRED = (
+    "plant.pitch",
+    "plant.pitch_rate",
+    "plant.fallen",
+    "controller.left.voltage",
+    "controller.right.voltage",
+    "left.current",
+    "right.current",
+    "estimator.pitch",
+)
+"""Signals without which a record is not one of the robot."""
+
+
+class Record(Protocol):
+    """A `Playback` or a `Table`."""
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the rows in s, (rows,)."""
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Values of `component.variable`, (rows,)."""
+
+
+def is_robot(names: Mapping[str, object] | list[str]) -> bool:
+    """Tell whether the signals of a record, by these names, are those of the robot."""
+    return all(name in names for name in REQUIRED)
+
+
+def release_time(record: Record) -> float:
+    """Return the last time at which the robot is still held (or rests) at the beginning, in s."""
+    moving = np.flatnonzero(record["plant.pitch_rate"] != 0.0)
+    return float(record.times[moving[0] - 1]) if moving.size and moving[0] else float(record.times[0])
+
+
+def fallen_at(record: Record) -> float:
+    """Return when the robot fell, in s; inf if it did not."""
+    fallen = np.flatnonzero(record["plant.fallen"] > 0.5)
+    return float(record.times[fallen[0]]) if fallen.size else inf
+
+
+def steady_pitch(record: Record) -> Array:
+    """Return the pitch from `SETTLED_AFTER` s after the release on, in rad; of a shorter record its last value."""
+    pitch: Array = record["plant.pitch"]
+    steady = pitch[record.times >= release_time(record) + SETTLED_AFTER]
+    return steady if steady.size else pitch[-1:]
+
+
+def balanced(record: Record) -> float:
+    """Return 1 when the robot stands and its pitch is within `PITCH_LIMIT` from `SETTLED_AFTER` on, else 0."""
+    lasts = record.times[-1] >= release_time(record) + SETTLED_AFTER
+    return float(lasts and fallen_at(record) == inf and peak_pitch_settled(record) < PITCH_LIMIT)
+
+
+def peak_pitch_settled(record: Record) -> float:
+    """Return the largest magnitude of the pitch in steady state, in rad."""
+    return float(np.max(np.abs(steady_pitch(record))))
+
+
+def steady_state_error(record: Record) -> float:
+    """Return the magnitude of the mean pitch in steady state, in rad."""
+    return float(abs(np.mean(steady_pitch(record))))
+
+
+def pitch_overshoot(record: Record) -> float:
+    """Return how far the pitch swings beyond upright, seen from where it is released, in rad."""
+    return overshoot(_released(record)[1], 0.0)
+
+
+def pitch_settling_time(record: Record) -> float:
+    """Return the time from the release until the pitch stays within `PITCH_LIMIT`, in s; inf if it never does."""
+    return settling_time(*_released(record), 0.0, PITCH_LIMIT)
+
+
+def peak_voltage(record: Record) -> float:
+    """Return the largest magnitude of a motor's voltage, in V."""
+    return float(max(np.max(np.abs(record[f"controller.{side}.voltage"])) for side in ("left", "right")))
+
+
+def energy(record: Record) -> float:
+    """Return the electrical energy that both motors took, less what they gave back, in J.
+
+    The integral of voltage times current; a row holds the voltage of the step that ended there.
+    """
+    step = np.diff(record.times)
+    power = sum(record[f"{side}.voltage"] * record[f"{side}.current"] for side in ("left", "right"))
+    return float(np.sum(power[1:] * step))
+
+
+def estimator_error(record: Record) -> float:
+    """Return the largest difference between estimated and real pitch from the release on, in rad."""
+    error = np.abs(record["estimator.pitch"] - record["plant.pitch"])[record.times >= release_time(record)]
+    return float(np.max(error)) if error.size else 0.0
+
+
+def _released(record: Record) -> tuple[Array, Array]:
+    """Return times and pitch from the release on."""
+    since = record.times >= release_time(record)
+    return record.times[since], record["plant.pitch"][since]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number of a run; `of` computes it in `unit`, people read it in `shown_unit` (`scale` times the value)."""
+
+    label: str
+    unit: str
+    of: Callable[[Record], float]
+    shown_unit: str = ""
+    scale: float = 1.0
+    digits: int = 2
+
+    def text(self, value: float) -> str:
+        """Return a value as people read it, with its unit."""
+        if not np.isfinite(value):
+            return "never"
+        unit = self.shown_unit or self.unit
+        if unit == "1":
+            return f"{value:g}"
+        number = f"{self.scale * value:.{self.digits}f}"
+        return f"{number}°" if unit == "deg" else f"{number} {unit}"
+
+
+def _angle(label: str, of: Callable[[Record], float]) -> Metric:
+    return Metric(label, "rad", of, "deg", degrees(1.0))
+
+
+METRICS: dict[str, Metric] = {
+    "balanced": Metric("balanced", "1", balanced, digits=0),
+    "fallen_at": Metric("fell at", "s", fallen_at, digits=3),
+    "release_time": Metric("released at", "s", release_time),
+    "steady_state_error": _angle("steady-state error", steady_state_error),
+    "peak_pitch_settled": _angle("largest pitch in steady state", peak_pitch_settled),
+    "pitch_overshoot": _angle("overshoot", pitch_overshoot),
+    "settling_time": Metric("settling time", "s", pitch_settling_time),
+    "peak_voltage": Metric("peak voltage", "V", peak_voltage),
+    "energy": Metric("energy", "J", energy),
+    "estimator_error": _angle("estimator error", estimator_error),
+}
+"""Every metric of a run by name."""
+
+
+def measure(record: Record) -> dict[str, float]:
+    """Return every metric of a record by its name, in its unit; raises TwipError where rows or a signal are missing."""
+    if not len(record.times):
+        raise TwipError("the record has no rows to judge")
+    return {name: metric.of(record) for name, metric in METRICS.items()}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a run went: `metrics` as `measure` gives them, and a sentence."""
+
+    metrics: Mapping[str, float]
+
+    @property
+    def balanced(self) -> bool:
+        """The robot stands and its pitch is within the limit from `SETTLED_AFTER` on."""
+        return self.metrics["balanced"] == 1.0
+
+    @property
+    def release(self) -> float:
+        """When the robot was released, in s."""
+        return self.metrics["release_time"]
+
+    def sentence(self) -> str:
+        """The verdict in words."""
+        if self.metrics["fallen_at"] < inf:
+            return f"fell at {self.metrics['fallen_at']:.3f} s"
+        verdict, relation = ("balanced", "<") if self.balanced else ("stands, not settled", ">")
+        limit = f"|pitch| {relation} {degrees(PITCH_LIMIT):.0f}° from {SETTLED_AFTER:g} s after release on"
+        return f"{verdict}: {limit}, at most {degrees(self.metrics['peak_pitch_settled']):.2f}°"
+
+    def text(self, name: str) -> str:
+        """Return a metric as people read it."""
+        return METRICS[name].text(self.metrics[name])
+
+
+def judge(record: Record) -> Verdict:
+    """Judge a run; raises TwipError where a signal is missing."""
+    return Verdict(measure(record))

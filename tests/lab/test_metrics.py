@@ -1,0 +1,88 @@
+"""The metrics of a run, on a record whose answers are known in closed form."""
+
+from math import inf, radians
+
+import numpy as np
+import pytest
+
+from twip.errors import TwipError
+from twip.lab.metrics import METRICS, REQUIRED, is_robot, judge, measure
+
+HELD, DECAY, START = 1.0, 0.2, radians(20.0)
+
+
+class Columns(dict):
+    """A record: signals by name, and times."""
+
+    times = np.linspace(0.0, 10.0, 10001)
+
+
+def record(final=0.0, swing=0.0):
+    """Held for 1 s, then from 20 degrees exponentially to `final`, with a bump of -`swing` at 2 s; all in rad."""
+    times = Columns.times
+    since = np.maximum(0.0, times - HELD)
+    pitch = final + (START - final) * np.exp(-since / DECAY) - swing * np.exp(-(((times - 2.0) / 0.05) ** 2))
+    pitch[times <= HELD] = START
+    zero, volts = np.zeros_like(times), np.where(times < 5.0, 3.0, -4.0)
+    found = Columns.fromkeys(REQUIRED, zero)
+    found.update({"plant.pitch": pitch, "plant.pitch_rate": np.where(times > HELD, -1.0, 0.0)})
+    found.update({"controller.left.voltage": volts, "left.voltage": volts, "right.voltage": zero})
+    found.update({"left.current": zero + 0.5, "estimator.pitch": pitch + np.where(times >= HELD, 0.01, 0.5)})
+    return found
+
+
+def test_a_decaying_pitch_has_the_metrics_of_an_exponential():
+    found = measure(record())
+    assert found["balanced"] == 1.0
+    assert found["fallen_at"] == inf
+    assert found["release_time"] == HELD
+    # into 1 degree after DECAY * ln(20), on the grid of 1 ms
+    assert found["settling_time"] == pytest.approx(DECAY * np.log(20.0), abs=1e-3)
+    assert found["pitch_overshoot"] == 0.0
+    assert found["peak_pitch_settled"] == pytest.approx(START * np.exp(-3.0 / DECAY), rel=1e-6)
+    assert found["steady_state_error"] < found["peak_pitch_settled"]
+    assert found["peak_voltage"] == 4.0
+    assert found["energy"] == pytest.approx(0.5 * (3.0 * 4.999 - 4.0 * 5.001))  # a row holds the step that ends there
+    assert found["estimator_error"] == pytest.approx(0.01)  # before the release it does not count
+
+
+def test_offset_and_swing_are_measured():
+    found = judge(record(final=radians(0.7), swing=radians(8.0)))
+    assert found.balanced
+    assert found.text("steady_state_error") == "0.70°"
+    assert found.metrics["pitch_overshoot"] == pytest.approx(radians(8.0 - 0.7), rel=0.02)  # the decay's rest at 2 s
+    assert found.sentence() == "balanced: |pitch| < 1° from 3 s after release on, at most 0.70°"
+
+
+def test_a_leaning_robot_is_not_balanced():
+    found = judge(record(final=radians(1.5)))
+    assert not found.balanced
+    assert found.sentence().startswith("stands, not settled: |pitch| > 1°")
+    assert found.text("settling_time") == "never"
+
+
+def test_a_fall_is_told_with_its_time():
+    fallen = record()
+    fallen["plant.fallen"] = np.where(Columns.times >= 1.5, 1.0, 0.0)
+    assert judge(fallen).sentence() == "fell at 1.500 s"
+    assert not judge(fallen).balanced
+
+
+def test_a_short_record_is_judged_by_its_last_value():
+    short = record()
+    keep = Columns.times <= 2.0
+    cut = Columns({name: values[keep] for name, values in short.items()})
+    cut.times = Columns.times[keep]
+    found = measure(cut)
+    assert found["balanced"] == 0.0
+    assert found["peak_pitch_settled"] == abs(cut["plant.pitch"][-1])
+
+
+def test_no_rows_and_no_robot():
+    empty = Columns({name: np.zeros(0) for name in REQUIRED})
+    empty.times = np.zeros(0)
+    with pytest.raises(TwipError, match="no rows"):
+        measure(empty)
+    assert is_robot(record())
+    assert not is_robot(["plant.pitch"])
+    assert set(measure(record())) == set(METRICS)
