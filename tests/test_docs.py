@@ -31,5 +31,5 @@ def test_files_that_the_readme_names_exist():
         assert (ROOT / target).exists(), target
     for folder in re.findall(r"^\| `([\w/]+)/", README, re.MULTILINE):
         assert (ROOT / folder).is_dir(), folder
-    for path in re.findall(r"ssp/(?:parameters|inputs)/\w+\.\w+", README):
+    for path in re.findall(r"ssp/(?:parameters|inputs|scenarios)/\w+\.\w+", README):
         assert (ROOT / path).is_file(), path

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 from lxml import etree
@@ -32,6 +33,30 @@ def test_the_log_holds_every_value_that_was_computed(built, tmp_path):
     assert found.table().tobytes() == table.values.tobytes()
     np.testing.assert_array_equal(np.rint(found.times * 1e9), np.rint(table.times * 1e9))  # the log counts nanoseconds
     assert len(found.times) == 1501
+
+
+def test_the_robot_survives_a_bad_day(built, tmp_path):
+    scenario = Path(__file__).parents[1] / "ssp" / "scenarios" / "bad_day.toml"
+    log = tmp_path / "log.mcap"
+    command = [*TWIP, "run", str(built / "ssp" / "twip.ssp"), "--scenario", str(scenario), "--log", str(log)]
+    subprocess.run([*command, "--real-time", "20"], check=True, capture_output=True, timeout=120)
+    found = read(log)
+    times, arrived = found.times, found["estimator.gyro"]
+    shifted = (times > 5.0) & (times <= 10.0)
+    assert arrived[shifted].tolist() == (found["imu.gyro"][shifted] + 0.02).tolist()
+    assert arrived[~shifted].tolist() == found["imu.gyro"][~shifted].tolist()
+    lost = (times > 6.0) & (times <= 6.05)
+    assert len(set(found["estimator.left.encoder_count"][lost])) == 1
+    assert len(set(found["left.encoder_count"][lost])) > 1
+    assert np.degrees(np.abs(found["plant.pitch"][times > 3.0])).max() < 12.0  # 9.9 degrees at the push
+    assert abs(found["plant.yaw"][-1] - 0.5) < 0.02
+    assert [(e.time, e.message) for e in found.events if e.level == "info"][:4] == [
+        (5.0, "fault begins: imu.gyro is biased by 0.02 rad/s"),
+        (6.0, "fault begins: estimator.left.encoder_count drops out"),
+        (6.05, "fault ends: estimator.left.encoder_count drops out"),
+        (9.0, "parameter controller.compensation = 0.5"),
+    ]
+    assert {a.name for a in found.attachments} >= {"bad_day.toml"}
 
 
 def test_the_same_run_gives_the_same_log_to_the_byte(built, tmp_path):

@@ -12,6 +12,7 @@ from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.log import Attachment, McapLog
 from ..cosim.record import Sink
+from ..cosim.scenario_file import files_of
 from ..errors import TwipError
 from .paths import refuse_clashes
 from .progress import progress_bar
@@ -25,6 +26,7 @@ examples:
   twip run ssp/twip.ssp --stop-time 5 --start-values plant.pitch_start 0.3 imu.seed 7
   twip run ssp/twip.ssp --parameters ssp/parameters/pid.ssv --log logs/pid.mcap
   twip run ssp/twip.ssp --input-file ssp/inputs/push.csv --output-file push.csv
+  twip run ssp/twip.ssp --scenario ssp/scenarios/bad_day.toml
   twip run ssp/twip.ssp --real-time
   twip run ssp/twip.ssp --checkpoint-every 1
   twip run ssp/twip.ssp --resume logs/twip.checkpoint --stop-time 20
@@ -62,6 +64,11 @@ def declare(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--input-file", metavar="FILE.csv", help="time series for open inputs: columns time in s, component.variable"
+    )
+    parser.add_argument(
+        "--scenario",
+        metavar="FILE.toml",
+        help="time series, parameter changes and faults of connections (docs/scenarios.md); default: none",
     )
     parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
     parser.add_argument("--coupling", choices=["jacobi", "gauss-seidel"], help="default: the system's, else jacobi")
@@ -144,7 +151,8 @@ def run(arguments: argparse.Namespace) -> int:
         if checkpoint == DEFAULT or (checkpoint is None and arguments.checkpoint_every is not None):
             checkpoint = Path("logs") / f"{Path(arguments.ssp).stem}.checkpoint"
         reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
-        reads.append(("--input-file", arguments.input_file))
+        scenario = [] if arguments.scenario is None else files_of(arguments.scenario)
+        reads += [("--input-file", arguments.input_file), *(("--scenario", file) for file in scenario)]
         writes = {"--log": log, "--output-file": arguments.output_file, "--checkpoint": checkpoint}
         refuse_clashes(reads, writes)
         refuse_clashes([("--resume", arguments.resume)], {**writes, "--checkpoint": None})
@@ -154,7 +162,7 @@ def run(arguments: argparse.Namespace) -> int:
         }
         attachments = [
             Attachment.file(Path(p))
-            for p in (arguments.ssp, *arguments.parameters, arguments.input_file)
+            for p in (arguments.ssp, *arguments.parameters, arguments.input_file, *scenario)
             if p and Path(p).is_file()
         ]
 
@@ -175,6 +183,7 @@ def run(arguments: argparse.Namespace) -> int:
                 coupling=arguments.coupling,
                 mid_step=arguments.mid_step,
                 input_file=arguments.input_file,
+                scenario=arguments.scenario,
                 sinks=sinks,
                 progress=progress,
                 notice=notice,

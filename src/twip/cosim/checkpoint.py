@@ -1,8 +1,8 @@
 """The whole state of a run in one file: written every now and then and on Ctrl-C, read to go on from there.
 
-The file is a zip archive: `checkpoint.json` (the format, what the run is, finished steps), `values` and `previous`
-(float64, little endian), and `states/<i>`, the serialized state of the i-th component. The same state gives the same
-bytes.
+The file is a zip archive: `checkpoint.json` (the format, what the run is, finished steps), `values`, `previous` and
+`delayed` (float64, little endian), and `states/<i>`, the serialized state of the i-th component. The same state gives
+the same bytes.
 """
 
 import contextlib
@@ -21,9 +21,10 @@ from ..errors import TwipError
 from .experiment import Coupling, TimeGrid
 from .inputs import InputSeries
 from .record import columns
+from .scenario import Scenario
 from .system import System
 
-FORMAT = "twip.checkpoint 1"
+FORMAT = "twip.checkpoint 2"
 _ROUNDING = 1e-6
 """Share of a step by which a time may be missed and count as reached."""
 _BLOCK = 10_000
@@ -42,9 +43,11 @@ class Checkpoint:
     inputs: str
     """SHA-256 of the driven values that these steps used."""
     values: NDArray[np.float64]
-    """The row of the last finished step (columns,)."""
+    """The row of the last finished step, hidden columns included (columns,)."""
     previous: NDArray[np.float64]
     """What each copy brought in the last step (copies,)."""
+    delayed: NDArray[np.float64]
+    """What faults of the scenario hold back, the histories of all delays one after the other."""
     states: tuple[bytes, ...]
     """Serialized states of the components, in the order of the file."""
 
@@ -61,6 +64,7 @@ class Checkpoint:
             "checkpoint.json": json.dumps(header, indent=1, sort_keys=True).encode(),
             "values": self.values.astype("<f8").tobytes(),
             "previous": self.previous.astype("<f8").tobytes(),
+            "delayed": self.delayed.astype("<f8").tobytes(),
             **{f"states/{i}": state for i, state in enumerate(self.states)},
         }
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +83,7 @@ class Checkpoint:
             raise OSError(error.errno, error.strerror, str(path)) from None
 
     def _sizes(self) -> list[int]:
-        return [len(self.values), len(self.previous), len(self.states)]
+        return [len(self.values), len(self.previous), len(self.delayed), len(self.states)]
 
     @classmethod
     def read(cls, path: pathlib.Path) -> "Checkpoint":
@@ -96,6 +100,7 @@ class Checkpoint:
                     str(header["inputs"]),
                     np.frombuffer(archive.read("values"), "<f8").astype(np.float64),
                     np.frombuffer(archive.read("previous"), "<f8").astype(np.float64),
+                    np.frombuffer(archive.read("delayed"), "<f8").astype(np.float64),
                     tuple(archive.read(f"states/{i}") for i in range(states)),
                 )
             if found._sizes() != header["sizes"]:
@@ -131,7 +136,7 @@ def _shown(value: object) -> str:
     return (", ".join(map(str, value)) or "none") if isinstance(value, list) else str(value)
 
 
-def identify(system: System, grid: TimeGrid, coupling: Coupling, inputs: InputSeries) -> Identity:
+def identify(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scenario) -> Identity:
     """Return what makes a run this run and no other."""
     names = system.columns
     components = [component.name for component in system.components]
@@ -141,7 +146,8 @@ def identify(system: System, grid: TimeGrid, coupling: Coupling, inputs: InputSe
         "step size [s]": grid.step_size,
         "coupling": coupling.name,
         "list of mid-step inputs": sorted(coupling.mid_step),
-        "list of inputs from the input file": sorted(names[column] for column in inputs.columns),
+        "list of inputs with time series": sorted(names[column] for column in scenario.inputs.columns),
+        **scenario.described(),
         "order of the components": components,
         "list of system connectors": columns([c for c in system.channels if c.component not in components]),
     }

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .messages import LEVELS, Message
+from .parameters import StartValue
 from .system import Component
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -166,6 +167,14 @@ class Instance(ABC):
     @abstractmethod
     def restore_state(self, data: bytes) -> None:
         """Take over a state that `save_state` of an instance of the same FMU has returned."""
+
+    def set_value(self, start: StartValue) -> None:
+        """Set a variable before initialization, or a tunable parameter between two steps."""
+        setter = self.setter(start.variable.recorded_type)
+        value = start.value.encode() if isinstance(start.value, str) else start.value
+        reference, array = (ctypes.c_uint32 * 1)(start.variable.reference), (setter.element * 1)(value)
+        sizes = (1, array, 1) if setter.counts_values else (1, array)
+        self.check(setter.name, setter.call(self.handle, reference, *sizes))
 
     def finish_initialization(self) -> None:
         """Leave initialization mode: the instance may be stepped."""

@@ -37,14 +37,7 @@ class Fmi2Instance(Instance):
         """Apply the start values and enter initialization mode; times in s."""
         self.call("fmi2SetupExperiment", 0, 0.0, start_time, 1, stop_time)
         for start in self.component.start_values:
-            setter = self.setter(start.variable.recorded_type)
-            value = start.value.encode() if isinstance(start.value, str) else start.value
-            self.check(
-                setter.name,
-                setter.call(
-                    self.handle, (fmi2ValueReference * 1)(start.variable.reference), 1, (setter.element * 1)(value)
-                ),
-            )
+            self.set_value(start)
         self.call("fmi2EnterInitializationMode")
 
     def getter(self, type_: str) -> Access:

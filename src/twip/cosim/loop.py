@@ -11,16 +11,6 @@ class PythonLoop:
     """Runs the steps of a schedule in plain Python."""
 
     def __init__(self, execution: Execution):
-        plan, ports = execution.schedule, execution.ports
-        arrays = (plan.destination, plan.source, plan.factor, plan.offset, plan.lead)
-        copies = list(enumerate(zip(*(a.tolist() for a in arrays), strict=True)))
-        self._stages = [
-            (
-                copies[plan.stage_copies[s] : plan.stage_copies[s + 1]],
-                [ports[i] for i in plan.order[plan.stage_order[s] : plan.stage_order[s + 1]]],
-            )
-            for s in range(len(plan.stage_order) - 1)
-        ]
         self._execution = execution
         self._row = execution.row
         self._driven = execution.driven.tolist()
@@ -39,6 +29,16 @@ class PythonLoop:
         fewer than n if `stop` (1,) became true or a component failed, and the failure.
         """
         values, previous, clock = self._execution.values, self._execution.previous, self._execution.clock
+        plan, every = self._execution.schedule, self._execution.ports
+        arrays = (plan.destination, plan.source, plan.factor, plan.offset, plan.lead)  # faults change them between runs
+        planned = list(enumerate(zip(*(a.tolist() for a in arrays), strict=True)))
+        stages = [
+            (
+                planned[plan.stage_copies[s] : plan.stage_copies[s + 1]],
+                [every[i] for i in plan.order[plan.stage_order[s] : plan.stage_order[s + 1]]],
+            )
+            for s in range(len(plan.stage_order) - 1)
+        ]
         for k in range(len(rows)):
             if stop[0]:
                 return k, None
@@ -46,7 +46,7 @@ class PythonLoop:
             for column, value in zip(self._driven, inputs[k].tolist(), strict=True):
                 values[column] = value
             try:
-                for copies, ports in self._stages:
+                for copies, ports in stages:
                     for index, (destination, source, factor, offset, lead) in copies:
                         value = factor * values[source] + offset
                         if lead != 0.0:

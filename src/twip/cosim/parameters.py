@@ -183,18 +183,24 @@ class Assignments:
     def check_ranges(self) -> None:
         """Report every value outside the bounds that the model description states."""
         for start in self.variables.values():
-            variable, value = start.variable, start.value
-            if isinstance(value, str):
-                continue
-            unit = f" {variable.unit.name}" if variable.unit else ""
-            for bound, word, wrong in (
-                (variable.minimum, "at least", variable.minimum is not None and value < variable.minimum),
-                (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
-            ):
-                if wrong:
-                    if variable.type != "Real" and bound is not None and bound.is_integer():
-                        bound = int(bound)
-                    self.problems.add(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}", start.place)
+            for problem in out_of_range(start.variable, start.value):
+                self.problems.add(problem, start.place)
+
+
+def out_of_range(variable: Variable, value: Value) -> list[str]:
+    """Return a line for each bound of the variable that `value`, in the variable's unit, does not keep."""
+    if isinstance(value, str):
+        return []
+    unit, problems = f" {variable.unit.name}" if variable.unit else "", []
+    for bound, word, wrong in (
+        (variable.minimum, "at least", variable.minimum is not None and value < variable.minimum),
+        (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
+    ):
+        if wrong:
+            if variable.type != "Real" and bound is not None and bound.is_integer():
+                bound = int(bound)
+            problems.append(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}")
+    return problems
 
 
 _ARTICLE = {

@@ -16,8 +16,8 @@ from .component import Instance
 from .delivery import Delivery, writing
 from .execution import Execution, vector
 from .experiment import Coupling, TimeGrid
+from .faults import Faults
 from .initialization import initialize
-from .inputs import InputSeries
 from .instantiate import instantiate
 from .interrupt import InterruptFlag
 from .kept import awaits_compiling
@@ -25,6 +25,7 @@ from .messages import Message
 from .pace import Pacer
 from .ports import Ports
 from .results import Result
+from .scenario import Scenario
 from .schedule import Schedule, make_schedule
 from .system import System
 
@@ -62,7 +63,7 @@ class Run:
     system: System
     grid: TimeGrid
     coupling: Coupling
-    inputs: InputSeries
+    scenario: Scenario
     delivery: Delivery
     interrupted: InterruptFlag
     loop: LoopKind
@@ -75,17 +76,19 @@ class Run:
     dead: set[pathlib.Path] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        system, grid, columns = self.system, self.grid, self.inputs.columns.tolist()
+        system, grid, self.inputs = self.system, self.grid, self.scenario.inputs
         self.first = self.steps = 0 if self.resumed is None else self.resumed.steps
         self.clock = np.array([grid.start])
-        self.schedule: Schedule = make_schedule(system, self.coupling.name, columns, self.coupling.mid_step)
+        plan = make_schedule(system, self.coupling.name, self.inputs.columns.tolist(), self.coupling.mid_step)
+        self.faults = Faults(self.scenario.faults, plan)
+        self.schedule: Schedule = self.faults.schedule
         self.values = vector(self.schedule.columns)
-        self.warnings: list[str] = list(system.warnings)
+        self.warnings: list[str] = [*system.warnings, *self.scenario.warnings]
         for loop in self.schedule.loops:
             self.warnings.append(f"algebraic loop: {', '.join(f'{c}.{v}' for c, v in loop)}")
         self.delivered = False
         self.saved: int | None = None
-        self._identity = identify(system, grid, self.coupling, self.inputs)
+        self._identity = identify(system, grid, self.coupling, self.scenario)
         self._digest = InputDigest(self.inputs, grid)
 
     def execute(self) -> Result:
@@ -107,7 +110,7 @@ class Run:
             stopped = time.perf_counter()
             self._free()
         interrupted = bool(self.interrupted) and self.steps < self.grid.steps
-        values = dict(zip(self.system.columns, list(self.values), strict=True)) if self.delivered else {}
+        values = dict(zip(self.system.columns, list(self.values), strict=False)) if self.delivered else {}
         return Result(
             steps=self.steps - self.first,
             start_time=self._time_of(self.first),
@@ -141,7 +144,7 @@ class Run:
             self.instances.append(instantiate(component, folder, self.delivery.messages, self.dead, self.clock))
         ports = [Ports(p, i, self.values) for p, i in zip(self.schedule.components, self.instances, strict=True)]
         columns = self.inputs.columns.tolist()
-        driven = self.inputs.at(grid.times(0, 0), grid.step_size)[0].tolist()
+        first = self.inputs.at(grid.times(0, 0), grid.step_size)[0].tolist()
         self.warnings += (
             warnings := initialize(
                 system,
@@ -149,18 +152,20 @@ class Run:
                 self.instances,
                 ports,
                 self.values,
-                dict(zip(columns, driven, strict=True)),
+                dict(zip(columns, first, strict=True)),
                 (grid.start, grid.stop),
             )
         )
         for warning in warnings:
             self._say("warning", warning)
+        self.faults.initialize(np.ctypeslib.as_array(self.values))
         if self.resumed is not None:
             self._restore(self.resumed, ports)
-        execution = Execution(self.schedule, ports, self.values, self.inputs.columns, self.clock)
+        driven = np.concatenate([self.inputs.columns, self.faults.driven])
+        execution = Execution(self.schedule, ports, self.values, driven, self.clock)
         if self.resumed is not None:
             execution.previous[:] = self.resumed.previous
-        self.delivery.write(grid.times(self.steps, 0), execution.row[None].copy())
+        self.delivery.write(grid.times(self.steps, 0), execution.row[None, : self.faults.recorded].copy())
         self.delivered = True
         return execution
 
@@ -178,11 +183,12 @@ class Run:
         self.clock[0] = self._time_of(self.steps)
         names = self.system.columns
         self.values[:] = checkpoint.values.tolist()
+        self.faults.restore(checkpoint.delayed)
         for instance, port, state in zip(self.instances, ports, checkpoint.states, strict=True):
             instance.restore_state(state)
             port.read_inputs()
             port.get_outputs()
-        for name, value, saved in zip(names, self.values, checkpoint.values.tolist(), strict=True):
+        for name, value, saved in zip(names, self.values, checkpoint.values.tolist(), strict=False):
             if value != saved:
                 raise TwipError(
                     f"{name} = {value!r} after its component's state was restored from the checkpoint, where it was"
@@ -194,7 +200,7 @@ class Run:
     def _prepare(self, execution: Execution) -> Loop:
         """Return the loop, compiled."""
         loop = self.loop.make(execution)
-        times, none = self.grid.times(self.steps, 0), self.inputs.at(np.zeros(0), self.grid.step_size)
+        times, none = self.grid.times(self.steps, 0), np.zeros((0, len(execution.driven)))
         loop.run(times, self.grid.step_size, none, np.empty((0, self.schedule.columns)), self.interrupted.array)
         return loop
 
@@ -205,15 +211,17 @@ class Run:
             self.pacer.start(self._time_of(self.steps))
         while self.steps < last and not self.interrupted:
             due = last if self.saving is None else self.saving.next(self.steps, last)
-            count = min(longest, due - self.steps)
+            self._change(execution)
+            count = min(longest, self._undisturbed(due) - self.steps)
             times = grid.times(self.steps, count)
-            inputs = self.inputs.at(times[:-1], grid.step_size)
+            inputs = np.hstack([self.inputs.at(times[:-1], grid.step_size), self.faults.past(count)])
             rows = np.empty((count, self.schedule.columns))  # anew for each chunk: a sink may keep it
             done, failure = loop.run(times, grid.step_size, inputs, rows, self.interrupted.array)
             self.steps += done
+            self.faults.record(rows[:done])
             if self.pacer is not None:
                 self.pacer.wait(float(times[done]), self.interrupted)
-            self.delivery.write(times[1 : done + 1], rows[:done])
+            self.delivery.write(times[1 : done + 1], rows[:done, : self.faults.recorded])
             self.progress(float(times[done]))
             if failure is not None:
                 raise failure
@@ -222,6 +230,21 @@ class Run:
         if self.pacer is not None:
             self._say("info", f"real time: {self.pacer.report}")
         self._save(execution)
+
+    def _change(self, execution: Execution) -> None:
+        """Do what the scenario wants done between the last step and the next."""
+        self.clock[0] = self._time_of(self.steps)
+        for change in self.scenario.changes:
+            if change.step == self.steps:
+                self._say("info", str(change))
+                self.instances[change.component].set_value(change.value)
+        for text in self.faults.begin(self.steps, execution.row):
+            self._say("info", text)
+
+    def _undisturbed(self, last: int) -> int:
+        """Return after how many steps, at most `last`, the scenario wants something done again."""
+        changes = (change.step for change in self.scenario.changes if change.step > self.steps)
+        return self.faults.until(self.steps, min(last, *changes, last))
 
     def _save(self, execution: Execution) -> None:
         """Write a checkpoint, unless it is there already."""
@@ -233,6 +256,7 @@ class Run:
             self._digest.until(self.steps),
             execution.row,
             execution.previous,
+            self.faults.memory,
             tuple(instance.save_state() for instance in self.instances),
         )
         with writing():

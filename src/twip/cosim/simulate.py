@@ -12,13 +12,14 @@ from ..interrupts import deferred_interrupt
 from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .delivery import Delivery, writing
 from .experiment import Coupling, TimeGrid, time_grid
-from .inputs import NO_INPUTS, read_inputs
 from .interrupt import InterruptFlag
 from .loop import PythonLoop
 from .pace import Pacer
+from .problems import Problems
 from .record import Sink
 from .results import Result
 from .run import LoopKind, Run
+from .scenario_file import read_scenario
 from .system import System
 
 LOOPS = ("compiled", "python")
@@ -34,6 +35,7 @@ def simulate(
     coupling: str | None = None,
     mid_step: Sequence[str] | None = None,
     input_file: str | os.PathLike[str] | None = None,
+    scenario: str | os.PathLike[str] | None = None,
     sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] = (),
     progress: Callable[[float], None] | None = None,
     notice: Callable[[str], None] | None = None,
@@ -47,12 +49,13 @@ def simulate(
 
     `mid_step` names inputs (`component.variable`) that are taken at the middle of each step, on the line through the
     source's last two values. What is not given comes from the system's description, then from the FMUs; a given
-    `coupling` leaves the description's mid-step inputs aside. `input_file` is a CSV file that drives open inputs. The
-    `sinks`, or what they return when they are a function of the time grid, called after all checks, get row 0 (the
-    values at the start time), then the row of each finished step, and are closed in the end, however it comes.
-    `progress` is called with the simulated time after each chunk, `notice` with a sentence before something that takes
-    a while. `loop` is `compiled` (the default where numba is installed) or `python`; the results are the same. Ctrl-C
-    (as SIGTERM and SIGHUP) ends the run between two steps; the result says so.
+    `coupling` leaves the description's mid-step inputs aside. `input_file` is a CSV file that drives open inputs,
+    `scenario` a TOML file with time series, parameter changes and faults (docs/scenarios.md). The `sinks`, or what they
+    return when they are a function of the time grid, called after all checks, get row 0 (the values at the start time),
+    then the row of each finished step, and are closed in the end, however it comes. `progress` is called with the
+    simulated time after each chunk, `notice` with a sentence before something that takes a while. `loop` is `compiled`
+    (the default where numba is installed) or `python`; the results are the same. Ctrl-C (as SIGTERM and SIGHUP) ends
+    the run between two steps; the result says so.
 
     `checkpoint` is a file that takes the state of the whole run every `checkpoint_every` simulated seconds, when Ctrl-C
     ends the run, and at its end; a failed run leaves the last one. `resume` is such a file: the run goes on from there
@@ -72,15 +75,17 @@ def simulate(
         kind = _choose_loop(loop)
         grid = time_grid(system, start_time, stop_time, step_size)
         plan = Coupling.of(system, coupling, mid_step)
-        inputs = NO_INPUTS if input_file is None else read_inputs(input_file, system)
+        problems = Problems()
+        planned = read_scenario(scenario, input_file, system, grid, problems)
+        problems.raise_any()
         if checkpoint is None and checkpoint_every is not None:
             raise TwipError("a checkpoint interval needs a file for the checkpoint")
         resumed = None
         if resume is not None:
-            if problems := cannot_be_saved(system):
-                raise TwipError("\n".join(problems))
+            if lines := cannot_be_saved(system):
+                raise TwipError("\n".join(lines))
             resumed = Checkpoint.read(pathlib.Path(resume))
-            resumed.check(pathlib.Path(resume), identify(system, grid, plan, inputs), grid, inputs)
+            resumed.check(pathlib.Path(resume), identify(system, grid, plan, planned), grid, planned.inputs)
         saving = None if checkpoint is None else Saving.of(system, checkpoint, checkpoint_every, grid.step_size)
         pacer = None if real_time is None else Pacer(real_time)
         interrupted.__enter__()
@@ -92,7 +97,7 @@ def simulate(
             system=system,
             grid=grid,
             coupling=plan,
-            inputs=inputs,
+            scenario=planned,
             delivery=Delivery(given),
             interrupted=interrupted,
             loop=kind,

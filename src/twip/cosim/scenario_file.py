@@ -1,0 +1,157 @@
+"""Reads scenario files (TOML; docs/scenarios.md), every entry checked against the system and the times of the run."""
+
+import difflib
+import os
+import pathlib
+from collections.abc import Mapping
+
+from .experiment import TimeGrid
+from .fault_entries import FaultEntries
+from .inputs import RULES, InputSeries, find_target, read_inputs, series_of
+from .parameters import StartValue, out_of_range
+from .problems import Problems
+from .scenario import ParameterChange, Scenario, point_of
+from .scenario_entries import Entries, typed
+from .system import System
+from .toml_file import TomlFile, number, shown
+
+
+def read_scenario(
+    path: str | os.PathLike[str] | None,
+    input_file: str | os.PathLike[str] | None,
+    system: System,
+    grid: TimeGrid,
+    problems: Problems,
+) -> Scenario:
+    """Read the scenario at `path` and the CSV file of the caller; without both, nothing is done to the system.
+
+    Not to be used when there are problems.
+    """
+    inputs = Scenario().inputs if input_file is None else read_inputs(input_file, system, problems)
+    if path is None:
+        return Scenario(inputs)
+    file = TomlFile(pathlib.Path(path), problems)
+    if file.content is None:
+        return Scenario(inputs)
+    return _Reader(file, system, grid, problems).read(file.content, pathlib.Path(path).parent, inputs)
+
+
+def files_of(path: str | os.PathLike[str]) -> list[pathlib.Path]:
+    """Return the scenario file and the CSV file that it names, as far as they exist."""
+    file = pathlib.Path(path)
+    content = TomlFile(file, Problems()).content or {}
+    source = content.get("input_file")
+    return [f for f in (file, *([file.parent / source] if isinstance(source, str) else ())) if f.is_file()]
+
+
+class _Reader(Entries):
+    """Reads one file."""
+
+    def read(self, content: Mapping[str, object], folder: pathlib.Path, given: InputSeries) -> Scenario:
+        """Return what the `content` of a file in `folder` asks for; `given` are the caller's time series."""
+        self.known(content, {"description", "input_file", "inputs", "parameters", "faults"})
+        inputs = self._inputs(content, folder, given)
+        changes = [c for i, entry in self._entries(content, "parameters") if (c := self._change(i, entry)) is not None]
+        twice: set[tuple[int, str]] = set()
+        for change in changes:
+            if (change.step, change.name) in twice:
+                self.problems.add(f"{change} follows another value at the same point", change.value.place)
+            twice.add((change.step, change.name))
+        driven, reader = set(inputs.columns.tolist()), FaultEntries(self.file, self.system, self.grid, self.problems)
+        entries = self._entries(content, "faults")
+        faults = [fault for i, entry in entries if (fault := reader.read(i, entry, driven)) is not None]
+        warnings = (*self.warnings, *reader.warnings)
+        return Scenario(inputs, tuple(sorted(changes, key=lambda c: c.time)), tuple(faults), warnings)
+
+    def _entries(self, content: Mapping[str, object], name: str) -> list[tuple[int, Mapping[str, object]]]:
+        entries = content.get(name, [])
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+            self.problems.add(f"{name} must be tables, each headed [[{name}]]", self.file.place("", 0, name))
+            return []
+        return list(enumerate(entries))
+
+    def _inputs(self, content: Mapping[str, object], folder: pathlib.Path, given: InputSeries) -> InputSeries:
+        inputs, source = given, content.get("input_file")
+        if source is not None and not isinstance(source, str):
+            place = self.file.place("", 0, "input_file")
+            self.problems.add(f"input_file = {shown(source)} must be the path of a CSV file", place)
+        elif source is not None:
+            inputs = self._joined(inputs, read_inputs(folder / source, self.system, self.problems), "input_file")
+        table = content.get("inputs", {})
+        if not isinstance(table, dict):
+            self.problems.add("inputs must be a table, headed [inputs]", self.file.place("", 0, "inputs"))
+            return inputs
+        for name, rows in table.items():
+            series = self._series(name, rows)
+            if series is not None:
+                inputs = self._joined(inputs, series, name)
+        return inputs
+
+    def _joined(self, inputs: InputSeries, more: InputSeries, name: str) -> InputSeries:
+        for column in set(inputs.columns.tolist()) & set(more.columns.tolist()):
+            place = self.file.place("", 0, name) if name == "input_file" else self.file.place("inputs", 0, name)
+            self.problems.add(f"{self.names[column]} has two time series", place)
+        return inputs + more
+
+    def _series(self, name: str, rows: object) -> InputSeries | None:
+        """Return the time series `name = [[time, value], …]`."""
+        place, before = self.file.place("inputs", 0, name), len(self.problems.lines)
+        target = find_target(self.system, name)
+        if isinstance(target, str):
+            self.problems.add(target, place)
+            return None
+        if not isinstance(rows, list) or not rows or any(not isinstance(r, list) or len(r) != 2 for r in rows):
+            self.problems.add(f"inputs.{name} must be a list of pairs [time in s, value]", place)
+            return None
+        table: list[tuple[float, float]] = []
+        for i, (time, value) in enumerate(rows):
+            at, read = number(time), typed(value, target.type)
+            if at is None:
+                self.problems.add(f"inputs.{name}[{i}]: time {shown(time)} must be a finite number", place)
+            elif table and at < table[-1][0]:
+                self.problems.add(
+                    f"inputs.{name}[{i}]: time {at!r} follows {table[-1][0]!r}: time must increase", place
+                )
+            if read is None:
+                self.problems.add(f"inputs.{name}[{i}] = {shown(value)} must be {RULES[target.type]}", place)
+            if at is not None and read is not None:
+                table.append((at, float(read)))
+        return series_of([target], table) if len(self.problems.lines) == before else None
+
+    def _change(self, index: int, entry: Mapping[str, object]) -> ParameterChange | None:
+        before = len(self.problems.lines)
+        self.known(entry, {"time", "name", "value"}, "parameters", index)
+        self.required(entry, ("time", "name", "value"), "parameters", index)
+        if len(self.problems.lines) > before:
+            return None
+        name, time = entry["name"], self.time(entry, "time", "parameters", index)
+        place = self.file.place("parameters", index, "name")
+        known = {
+            f"{c.name}.{v.name}": (i, v) for i, c in enumerate(self.system.components) for v in c.fmu.variables.values()
+        }
+        if not isinstance(name, str) or name not in known:
+            tunable = [n for n, (_, v) in known.items() if v.causality == "parameter" and v.variability == "tunable"]
+            close = difflib.get_close_matches(str(name), tunable, 1)
+            hint = f", did you mean {close[0]}?" if close else ""
+            self.problems.add(f"parameters[{index}]: unknown parameter {name}{hint}", place)
+            return None
+        component, variable = known[name]
+        if (variable.causality, variable.variability) != ("parameter", "tunable"):
+            self.problems.add(
+                f"parameters[{index}]: {name} cannot change during a run: it is a {variable.variability}"
+                f" {variable.causality}, no tunable one",
+                place,
+            )
+            return None
+        place = self.file.place("parameters", index, "value")
+        value = typed(entry["value"], variable.type, variable.items)
+        if value is None:
+            self.problems.add(f"parameters[{index}]: {name} = {shown(entry['value'])} is no {variable.type}", place)
+            return None
+        for problem in out_of_range(variable, value):
+            self.problems.add(f"parameters[{index}]: {problem}", place)
+        if time is None or len(self.problems.lines) > before:
+            return None
+        if time >= self.grid.stop:
+            self.warnings.append(f"parameters[{index}]: {time:g} s is not before the stop time, {name} does not change")
+        return ParameterChange(time, point_of(time, self.grid), component, name, StartValue(variable, value, place))

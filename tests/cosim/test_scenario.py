@@ -1,0 +1,351 @@
+"""Scenario files: faults, parameter changes and time series with closed-form answers, and every mistake with its place.
+
+`a.x` is a ramp, x = t; `g.u` takes it, `h.u` takes it times 2. By Gauss–Seidel a row at t shows what they took of x(t).
+"""
+
+import random
+
+import numpy as np
+import pytest
+from ssp_writer import component, connection, edit_fmu, linear, system, write
+
+from twip.cosim import Table, load, simulate
+from twip.errors import TwipError
+
+STEP = 1 / 8
+DEPENDS = {"CosimGain": {"y": ["u"], "z": ["u"]}, "CosimIntegrator": {"x": []}}
+
+
+@pytest.fixture
+def path(fmus, tmp_path):
+    for fmu in fmus.glob("*.fmu"):
+        variables = {"k": {"variability": "tunable", "min": -9, "max": 9}} if fmu.stem == "CosimGain" else {}
+        edit_fmu(fmu, tmp_path / fmu.name, dependencies=DEPENDS.get(fmu.stem), state=True, variables=variables)
+    parts = [
+        component("a", "CosimIntegrator.fmu", "u> x<"),
+        component("g", "CosimGain.fmu", "u> y<"),
+        component("h", "CosimGain.fmu", "u> y<"),
+        component("m", "CosimMixed.fmu", "n>:Integer total<:Integer inverted<:Boolean"),
+        component("n", "CosimMixed.fmu", "n>:Integer on>:Boolean"),
+    ]
+    wires = [
+        connection("a.x -> g.u"),
+        connection("a.x -> h.u", linear(factor=2)),
+        connection("m.total -> n.n"),
+        connection("m.inverted -> n.on"),
+        connection("g.y -> out"),
+    ]
+    return write(tmp_path, system(parts, wires, "out<"))
+
+
+def run(path, text, **options):
+    (path.parent / "s.toml").write_text(text, encoding="utf-8")
+    given = {"step_size": STEP, "coupling": "gauss-seidel", "stop_time": 4.0, **options}
+    with load(path, start_values={"a.u": 1.0}) as loaded:
+        table = Table(loaded.channels)
+        result = simulate(loaded, sinks=[table], scenario=path.parent / "s.toml", **given)
+    return table, result
+
+
+def fault(kind, signal="g.u", **more):
+    keys = {"signal": f'"{signal}"', "kind": f'"{kind}"', **more}
+    return "[[faults]]\n" + "".join(f"{key} = {value}\n" for key, value in keys.items())
+
+
+TIMES = np.arange(33) * STEP
+DURING = (TIMES > 1.0) & (TIMES <= 2.0)  # rows of the steps that begin from 1 s on, before 2 s
+ONE_TO_TWO = {"start": 1.0, "stop": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (fault("stuck", value=7.5, **ONE_TO_TWO), np.where(DURING, 7.5, TIMES)),
+        (fault("stuck", **ONE_TO_TWO), np.where(DURING, 1.0, TIMES)),
+        (fault("dropout", **ONE_TO_TWO), np.where(DURING, 1.0, TIMES)),
+        (fault("bias", value=-3, **ONE_TO_TWO), np.where(DURING, TIMES - 3.0, TIMES)),
+        (fault("delay", delay=0.375, **ONE_TO_TWO), np.where(DURING, TIMES - 0.375, TIMES)),
+        (fault("delay", delay=0.5), np.maximum(TIMES - 0.5, 0.0)),
+        (fault("delay", delay=3.875), np.maximum(TIMES - 3.875, 0.0)),
+        # one after the other, in the order of the file: what is delayed is the biased value, and not the reverse
+        (
+            fault("bias", value=1, **ONE_TO_TWO) + fault("delay", delay=0.5),
+            np.where((TIMES > 1.5) & (TIMES <= 2.5), TIMES + 0.5, np.maximum(TIMES - 0.5, 0.0)),
+        ),
+        (
+            fault("delay", delay=0.5) + fault("bias", value=1, **ONE_TO_TWO),
+            np.maximum(TIMES - 0.5, 0.0) + np.where(DURING, 1.0, 0.0),
+        ),
+    ],
+)
+def test_faults_have_their_closed_form(path, loop, text, expected):
+    table, _ = run(path, text, loop=loop)
+    assert table.times.tolist() == TIMES.tolist()
+    expected[0] = 0.0  # row 0 is the initialized system
+    assert table["g.u"].tolist() == expected.tolist()
+    assert table["g.y"].tolist() == (2.0 * expected).tolist()
+    assert table["out"].tolist() == (2.0 * expected).tolist()
+    assert table["h.u"].tolist() == (2.0 * TIMES).tolist()  # another connection of the same output
+
+
+def test_a_fault_of_an_output_is_one_of_all_its_connections_in_its_unit(path, loop):
+    table, _ = run(
+        path, fault("bias", "a.x", value=1, **ONE_TO_TWO) + fault("stuck", "a.x", value=5, start=3), loop=loop
+    )
+    expected = np.where(TIMES > 3.0, 5.0, np.where(DURING, TIMES + 1.0, TIMES))
+    assert table["g.u"].tolist() == expected.tolist()
+    assert table["h.u"].tolist() == (2.0 * expected).tolist()
+    assert table["a.x"].tolist() == TIMES.tolist()  # the output itself stays
+
+
+def test_with_jacobi_the_value_at_the_beginning_of_the_step_arrives(path, loop):
+    table, _ = run(path, fault("delay", delay=0.25), loop=loop, coupling="jacobi")
+    assert table["g.u"].tolist() == np.maximum(TIMES - 0.375, 0.0).tolist()
+
+
+def test_faults_of_integers_and_booleans(path, loop):
+    text = fault("stuck", "n.n", value=-4, **ONE_TO_TWO) + fault("stuck", "n.on", value="false", **ONE_TO_TWO)
+    table, _ = run(path, text + fault("delay", "n.n", delay=0.25), loop=loop)
+    total = np.where(DURING, -4, 3 * np.arange(33))
+    assert table["n.n"].tolist() == np.concatenate([[0, 0, 0], total[1:-2]]).tolist()
+    assert table["n.on"].tolist() == np.where(DURING, 0.0, 1.0).tolist()
+
+
+def test_an_extrapolated_input_gets_no_other_jump_than_the_faults(path, loop):
+    # at the middle of the step the ramp is half a step lower than at its end
+    text = fault("bias", value=1, **ONE_TO_TWO) + fault("stuck", start=3)
+    table, _ = run(path, text, loop=loop, mid_step=["g.u"])
+    middle = TIMES - STEP / 2
+    expected = np.where(TIMES > 3.0, 3.0 - STEP / 2, np.where(DURING, middle + 1.0, middle))
+    assert table["g.u"][2:].tolist() == expected[2:].tolist()
+
+
+def test_times_between_points_count_from_the_next_point(path, loop):
+    table, _ = run(path, fault("bias", value=1, start=1.001, stop=1.25 + 1e-12), loop=loop)
+    assert table.times[table["g.u"] != TIMES].tolist() == [1.25]
+
+
+def test_noise_is_seeded_and_has_its_deviation(path):
+    text = fault("noise", deviation=0.5, seed=7)
+    runs = {}
+    for loop in ("compiled", "python"):
+        table, _ = run(path, text, stop_time=256.0, loop=loop)
+        runs[loop] = (table["g.u"] - table["a.x"])[1:]
+    assert runs["compiled"].tolist() == runs["python"].tolist()
+    noise = runs["python"]
+    # 2048 values; 4 standard errors of the mean, of the variance and of the correlation of neighbours
+    assert abs(noise.mean()) < 4 * 0.5 / np.sqrt(2048)
+    assert abs(noise.var() / 0.25 - 1.0) < 4 * np.sqrt(2 / 2048)
+    assert abs(np.corrcoef(noise[1:], noise[:-1])[0, 1]) < 4 / np.sqrt(2048)
+    other, _ = run(path, fault("noise", deviation=0.5, seed=8), stop_time=256.0, loop="python")
+    assert not np.isin((other["g.u"] - other["a.x"])[1:], noise).any()
+
+
+def test_a_random_dropout_loses_its_share_and_holds_the_last_value(path, loop):
+    table, _ = run(path, fault("dropout", probability=0.25, seed=1), stop_time=128.0, loop=loop)
+    got, sent = table["g.u"], table["a.x"]
+    lost = got != sent
+    assert got[lost].tolist() == got[np.flatnonzero(lost) - 1].tolist()
+    assert abs(lost[1:].mean() - 0.25) < 4 * np.sqrt(0.25 * 0.75 / 1024)  # 4 standard errors
+
+
+def test_parameters_change_at_their_time(path, loop):
+    text = '[[parameters]]\ntime = 2.0\nname = "g.k"\nvalue = -1\n[[parameters]]\ntime = 0\nname = "h.k"\nvalue = 3.5\n'
+    table, _ = run(path, text, loop=loop)
+    assert table["g.y"].tolist() == (TIMES * np.where(TIMES > 2.0, -1.0, 2.0)).tolist()
+    assert table["h.y"].tolist() == (7.0 * TIMES).tolist()
+    told = [(e.time, e.level, e.text) for e in table.events]
+    assert told == [(0.0, "info", "parameter h.k = 3.5"), (2.0, "info", "parameter g.k = -1.0")]
+
+
+def test_time_series_inline_and_from_a_file(path, loop):
+    (path.parent / "in.csv").write_text("time,m.held\n0,1\n1,2\n")
+    (path.parent / "own.csv").write_text("time,m.on\n0,0\n2,1\n")
+    text = (
+        'input_file = "in.csv"\n[inputs]\n"m.smooth" = [[0.0, 0.0], [4.0, 8]]\n"a.u" = [[0, 1.0], [1, 1.0], [1, -1.0]]'
+    )
+    table, _ = run(path, text, loop=loop, input_file=path.parent / "own.csv")
+    begins = np.maximum(TIMES - STEP, 0.0)
+    assert table["m.smooth"].tolist() == (2.0 * begins).tolist()
+    assert table["m.held"].tolist() == np.where(begins < 1.0, 1.0, 2.0).tolist()
+    assert table["m.on"].tolist() == np.where(begins < 2.0, 0.0, 1.0).tolist()
+    assert table["a.x"].tolist() == np.where(TIMES <= 1.0, TIMES, 2.0 - TIMES).tolist()
+
+
+def test_what_happens_is_told_with_its_time(path):
+    text = fault("bias", "a.x", value=1.5, start=1.01, stop=2) + fault("stuck", start=9)
+    table, result = run(path, text)
+    assert [(e.time, e.level, e.text) for e in table.events] == [
+        (0.0, "warning", "faults[1]: 9 s is not before the stop time, the fault does not occur"),
+        (1.125, "info", "fault begins: a.x is biased by 1.5"),
+        (2.0, "info", "fault ends: a.x is biased by 1.5"),
+    ]
+    assert result.warnings == ("faults[1]: 9 s is not before the stop time, the fault does not occur",)
+
+
+EVERYTHING = (
+    fault("stuck", "n.n", start=0.5, stop=3)
+    + fault("stuck", "h.u", value=2, start=1.25, stop=1.75)
+    + fault("noise", "a.x", deviation=0.1, start=0.25)
+    + fault("dropout", "a.x", probability=0.5, seed=3)
+    + fault("delay", "g.u", delay=0.75, start=0.5)
+    + fault("delay", "h.u", delay=0.25)
+    + fault("stuck", "g.u", start=3.5)
+    + '[[parameters]]\ntime = 1.5\nname = "g.k"\nvalue = 4\n[[parameters]]\ntime = 1\nname = "h.k"\nvalue = 4\n'
+)
+
+
+@pytest.mark.parametrize("at", [0.125, 1.5, 2.0])
+def test_a_resumed_run_is_the_uninterrupted_one(path, loop, at):
+    file, saved_by = path.parent / "half", "python" if loop == "compiled" else "compiled"
+    whole, _ = run(path, EVERYTHING, loop="python", mid_step=["g.u"])
+    first, _ = run(path, EVERYTHING, loop=saved_by, mid_step=["g.u"], stop_time=at, checkpoint=file)
+    second, _ = run(path, EVERYTHING, loop=loop, mid_step=["g.u"], resume=file)
+    assert np.concatenate([first.values, second.values[1:]]).tobytes() == whole.values.tobytes()
+    told = [e for e in first.events + second.events if not e.text.startswith("resumed") and e.level == "info"]
+    assert told == whole.events
+
+
+def test_a_run_with_another_scenario_does_not_go_on(path):
+    file = path.parent / "half"
+    run(path, fault("bias", value=1), stop_time=1.0, checkpoint=file)
+    with pytest.raises(
+        TwipError, match=r"faults\[0\] differs: g.u is biased by 2.0 from start to end here, g.u is biased by 1.0 from"
+    ):
+        run(path, fault("bias", value=2), resume=file)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a = ", "not readable as TOML: Invalid value (s.toml line 1)"),
+        ("a = 1\n", "unknown key a: there are description, faults, input_file, inputs, parameters (s.toml line 1)"),
+        ("[fault]\n", "unknown key fault, did you mean faults?"),
+        ("[faults]\n", "faults must be tables, each headed [[faults]] (s.toml)"),
+        ("input_file = 3\n", "input_file = 3 must be the path of a CSV file (s.toml line 1)"),
+        ('[inputs]\n"a.w" = [[0, 1]]\n', "there is no input a.w, did you mean a.u? (s.toml line 2)"),
+        ('[inputs]\n\n"g.u" = [[0, 1]]\n', "g.u is connected inside the system and cannot be driven (s.toml line 3)"),
+        ('[inputs]\n"a.u" = [0, 1]\n', "inputs.a.u must be a list of pairs [time in s, value] (s.toml line 2)"),
+        ('[inputs]\n"a.u" = [[0, "x"]]\n', "inputs.a.u[0] = 'x' must be a finite number (s.toml line 2)"),
+        ('[inputs]\n"a.u" = [[0, true]]\n', "inputs.a.u[0] = true must be a finite number (s.toml line 2)"),
+        ('[inputs]\n"a.u" = [[nan, 1]]\n', "inputs.a.u[0]: time nan must be a finite number (s.toml line 2)"),
+        ('[inputs]\n"m.on" = [[0, 2]]\n', "inputs.m.on[0] = 2 must be true, false, 1 or 0 (s.toml line 2)"),
+        (
+            '[inputs]\n"a.u" = [[1, 1], [0.5, 1]]\n',
+            "inputs.a.u[1]: time 0.5 follows 1.0: time must increase (s.toml line 2)",
+        ),
+        (fault("bias"), "faults[0] has no value (s.toml line 1)"),
+        (
+            fault("bios", value=1),
+            "faults[0].kind = 'bios' must be one of stuck, bias, noise, dropout, delay (s.toml line 3)",
+        ),
+        (
+            fault("bias", value=1) + fault("bias", value="'1'"),
+            "faults[1].value = '1' must be a finite number (s.toml line 8)",
+        ),
+        (fault("bias", "g.w", value=1), "faults[0]: there is no signal g.w, did you mean g.y? (s.toml line 2)"),
+        (fault("bias", "m.smooth", value=1), "faults[0]: m.smooth is not connected (s.toml line 2)"),
+        (fault("bias", "g.z", value=1), "faults[0]: g.z is not connected (s.toml line 2)"),
+        (
+            fault("bias", "out", value=1),
+            "faults[0]: out is a connector: name the output or the input behind it (s.toml line 2)",
+        ),
+        (fault("bias", "n.n", value=1), "faults[0]: bias needs a Real signal, not Integer (s.toml line 4)"),
+        (fault("stuck", "n.n", value=1.5), "faults[0].value = 1.5 must be an Integer of 32 bits (s.toml line 4)"),
+        (fault("noise", deviation=-1), "faults[0].deviation = -1 must be a positive number (s.toml line 4)"),
+        (
+            fault("dropout", probability=2),
+            "faults[0].probability = 2 must be a probability above 0, at most 1 (s.toml line 4)",
+        ),
+        (fault("dropout", seed=0.5), "faults[0].seed = 0.5 must be a whole number (s.toml line 4)"),
+        (
+            fault("stuck", seed=1),
+            "unknown key faults[0].seed: there are kind, signal, start, stop, value (s.toml line 4)",
+        ),
+        (
+            fault("delay", delay=0.3),
+            "faults[0].delay = 0.3 s must be a whole multiple of the step, 0.125 s (s.toml line 4)",
+        ),
+        (fault("delay", delay=1e300), "faults[0].delay = 1e+300 s is more than 10000000 steps (s.toml line 4)"),
+        (fault("stuck", start=2, stop=1), "faults[0].stop = 1 s must be later than the start, 2 s (s.toml line 4)"),
+        (fault("stuck", start=-1), "faults[0].start = -1 s is before the start time, 0 s (s.toml line 4)"),
+        (fault("stuck", start='"now"'), "faults[0].start = 'now' must be a time in s (s.toml line 4)"),
+        (
+            fault("stuck", start=1.01, stop=1.02),
+            "faults[0] begins and ends between two communication points, it would do nothing (s.toml line 4)",
+        ),
+        ('[[parameters]]\nname = "g.k"\nvalue = 1\n', "parameters[0] has no time (s.toml line 1)"),
+        (
+            '[[parameters]]\ntime = 1\nname = "g.K"\nvalue = 1\n',
+            "parameters[0]: unknown parameter g.K, did you mean g.k? (s.toml line 3)",
+        ),
+        (
+            '[[parameters]]\ntime = 1\nname = "a.x_start"\nvalue = 1\n',
+            "parameters[0]: a.x_start cannot change during a run: it is a fixed parameter, no tunable one"
+            " (s.toml line 3)",
+        ),
+        (
+            '[[parameters]]\ntime = 1\nname = "g.k"\nvalue = "1"\n',
+            "parameters[0]: g.k = '1' is no Real (s.toml line 4)",
+        ),
+        (
+            '[[parameters]]\ntime = 1\nname = "g.k"\nvalue = 99\n',
+            "parameters[0]: k = 99.0 must be at most 9.0 (s.toml line 4)",
+        ),
+    ],
+)
+def test_mistakes_are_named_with_their_place(path, text, message):
+    with pytest.raises(TwipError) as failure:
+        run(path, text)
+    assert str(failure.value) == message or str(failure.value).startswith(f"{message} (")
+
+
+def test_all_mistakes_are_told_together_before_anything_runs(path):
+    (path.parent / "in.csv").write_text("time,m.n\n0,x\n")
+    text = 'input_file = "in.csv"\n' + fault("bias", "a.y", value=1) + fault("delay", delay=0)
+    with pytest.raises(TwipError) as failure:
+        run(path, text)
+    assert str(failure.value).splitlines() == [
+        "m.n = 'x' must be an Integer of 32 bits (in.csv line 2)",
+        "faults[0]: there is no signal a.y, did you mean g.y? (s.toml line 3)",
+        "faults[1].delay = 0 must be a positive number (s.toml line 9)",
+    ]
+
+
+def test_two_time_series_for_one_input_are_refused(path):
+    (path.parent / "in.csv").write_text("time,a.u\n0,1\n")
+    with pytest.raises(TwipError, match=r"a.u has two time series \(s.toml line 2\)"):
+        run(path, '[inputs]\n"a.u" = [[0, 1]]\n', input_file=path.parent / "in.csv")
+
+
+def test_a_connector_without_time_series_carries_nothing_that_could_fail(folder):
+    parts = [component("a", "CosimIntegrator.fmu", "u> x<")]
+    path = write(folder, system(parts, [connection("drive -> a.u")], "drive>"))
+    with load(path) as loaded:
+        (folder / "s.toml").write_text(fault("bias", "drive", value=1))
+        with pytest.raises(TwipError, match="no time series drives drive, its connections carry nothing"):
+            simulate(loaded, step_size=STEP, scenario=folder / "s.toml")
+        (folder / "s.toml").write_text("[inputs]\ndrive = [[0, 2]]\n" + fault("bias", "drive", value=1, start=0.5))
+        table = Table(loaded.channels)
+        simulate(loaded, step_size=STEP, sinks=[table], scenario=folder / "s.toml")
+    assert table["a.x"][-1] == 0.5 * 2.0 + 0.5 * 3.0
+
+
+def test_mutated_files_end_without_a_traceback(path):
+    (path.parent / "in.csv").write_text("time,m.held\n0,1\n1,2\n")
+    text = 'input_file = "in.csv"\n[inputs]\n"a.u" = [[0, 1.0], [1, 2]]\n' + EVERYTHING
+    chance, pieces = (
+        random.Random(1),
+        ['"', "[", "]", "=", "-", "1e999", "nan", "true", "{}", "\n", "\0", "é", "[[faults]]"],
+    )
+    with load(path) as loaded:
+        refused = 0
+        for _ in range(1000):
+            at = chance.randrange(len(text))
+            mutated = text[:at] + chance.choice(pieces) + text[at + chance.randrange(4) :]
+            (path.parent / "s.toml").write_text(mutated, encoding="utf-8")
+            try:
+                simulate(loaded, step_size=STEP, stop_time=4.0, scenario=path.parent / "s.toml", checkpoint_every=1.0)
+            except TwipError as failure:  # without a file for the checkpoint no mutant is run
+                refused += "a checkpoint interval needs a file" not in str(failure)
+    assert refused > 500
