@@ -17,6 +17,7 @@ COMMANDS = {
     "demo": "build the robot and stand it up from 27 degrees",
     "build": "build the FMUs and SSPs",
     "run": "run a system of FMUs",
+    "report": "make an HTML file of a log: the moving robot, plots, metrics",
     "parameters": "list a system's parameters",
     "identify": "friction and inertia of a motor from bench data",
     "paper": "run the paper's experiments and check its claims",

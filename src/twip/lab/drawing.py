@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,48 @@ BROAD: dict[str, Any] = {"linewidth": 1.8}
 """Line of one of several real quantities that are compared."""
 WHEEL, HEIGHT, WIDTH = 0.05, 0.20, 0.07
 """Drawn sizes of the robot in m."""
+PALETTE = (BLUE, RED, GREEN, ORANGE, "#7a5aa6", "#4d8f9c")
+"""Colours of lines that have no role, and of logs that are compared."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a line is drawn: width in points, dashes and gaps in line widths."""
+
+    color: str
+    width: float
+    alpha: float = 1.0
+    dash: tuple[float, ...] = ()
+
+
+LOOKS = {
+    "real": Look(INK, 1.8, 0.85),
+    "estimate": Look(RED, 1.1),
+    "reference": Look(ORANGE, 1.3, 1.0, (5.0, 3.0)),
+    "limit": Look(GREY, 1.0, 1.0, (2.0, 3.0)),
+    "left": Look(BLUE, 1.3),
+    "right": Look(GREEN, 1.3, 0.9),
+}
+"""Looks of the roles of `panels.Line`; the role `other` takes the next colour of `PALETTE`."""
+COMPARED = {
+    "real": Look("", 1.8),
+    "estimate": Look("", 1.0, 0.55),
+    "reference": Look("", 1.2, 0.8, (5.0, 3.0)),
+    "limit": Look(GREY, 1.0, 1.0, (2.0, 3.0)),
+    "left": Look("", 1.5),
+    "right": Look("", 1.2, 0.75, (4.0, 2.0)),
+}
+"""Looks where logs are compared: the colour is the log's."""
+
+
+def look(role: str, position: int, log: int, logs: int) -> Look:
+    """Return how a line looks that is at `position` of its panel and from number `log` of so many logs."""
+    if logs > 1:
+        found = COMPARED.get(role, Look("", 1.3, 1.0, ((), (5.0, 2.0), (2.0, 2.0))[position % 3]))
+        return replace(found, color=found.color or PALETTE[log % len(PALETTE)])
+    return LOOKS.get(role, Look(PALETTE[position % len(PALETTE)], 1.3))
+
+
 STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,

@@ -19,17 +19,19 @@ SETTLED_AFTER = 3.0
 """Time after the release from which the pitch must stay within `PITCH_LIMIT`, in s."""
 PITCH_LIMIT = np.radians(1.0)
 """Largest pitch of a balanced robot, in rad."""
+SIDES = ("left", "right")
 REQUIRED = (
-    "plant.pitch",
-    "plant.pitch_rate",
-    "plant.fallen",
-    "controller.left.voltage",
-    "controller.right.voltage",
-    "left.current",
-    "right.current",
-    "estimator.pitch",
+    *("plant.pitch", "plant.pitch_rate", "plant.yaw", "plant.wheel_angle", "plant.wheel_rate", "plant.x", "plant.y"),
+    *("plant.ground_slope", "plant.push_force", "plant.fallen"),
+    *(f"plant.{side}.{name}" for side in SIDES for name in ("shaft_speed", "shaft_angle", "stribeck_speed_limit")),
+    *(f"plant.{side}.{limit}_limit" for side in SIDES for limit in ("coulomb_forward", "coulomb_reverse")),
+    *(f"plant.{side}.{limit}_limit" for side in SIDES for limit in ("static_forward", "static_reverse")),
+    *(f"{side}.{name}" for side in SIDES for name in ("voltage", "current")),
+    *("estimator.pitch", "estimator.wheel_rate", "estimator.yaw"),
+    *("controller.left.voltage", "controller.right.voltage", "controller.s1", "controller.s2"),
+    *("controller.pitch_reference", "controller.speed_reference", "controller.yaw_reference"),
 )
-"""Signals without which a record is not one of the robot."""
+"""Signals that a record of the robot has; without them it is of another system."""
 
 
 class Record(Protocol):

@@ -1,0 +1,45 @@
+"""`twip report`: a log becomes one HTML file with the moving robot, plots and tables."""
+
+import argparse
+from pathlib import Path
+
+from ..cosim.playback import read
+from ..lab.report import report
+from .paths import refuse_clashes
+from .terminal import print_rows
+
+DESCRIPTION = """\
+examples:
+  twip report logs/twip.mcap
+  twip report logs/twip.mcap logs/pid.mcap --out compared.html
+  twip report logs/bench.mcap --signals 'motor.*'
+
+Make an HTML file of a log that opens in any browser, offline: the robot from the side and from above, moving,
+plots that follow it, metrics, parameters and origin. Several logs are laid over each other and compared."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.mcap", help="logs of twip")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE.html", help="default: beside the first log, with the ending .html"
+    )
+    parser.add_argument(
+        "--signals",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="signals (component.variable; * and ? stand for any text and letter) to plot besides the usual ones, "
+        "in the log's units; default: none",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the report, and return the exit status."""
+    out = arguments.out or arguments.logs[0].with_suffix(".html")
+    refuse_clashes([("LOG.mcap", log) for log in arguments.logs], {"--out": out})
+    report([read(log) for log in arguments.logs], out, arguments.signals)
+    print_rows(("report", out), ("size", f"{out.stat().st_size / 1e6:.1f} MB"))
+    return 0

@@ -1,0 +1,169 @@
+"""What of a log is worth drawing, and together: the same panels for the report, the plot and the views.
+
+A robot's log has panels of its own; any other log is grouped by component and unit, outputs only, for inputs repeat
+what another component puts out.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from math import degrees
+
+import numpy as np
+
+from ..cosim.playback import Playback
+from ..errors import TwipError
+from .metrics import SIDES, is_robot
+from .numbers import Array
+from .run_parameters import number
+
+REST_WINDOW = 0.1
+"""Time over which the share of sticking is taken, in s."""
+KINDS = ("real", "estimate", "reference")
+MOST_LINES = 6
+"""Lines of one panel of an unknown system."""
+MOST_PANELS = 24
+"""Panels of an unknown system."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a panel, in the panel's unit. `role` gives it its looks, see `drawing.LOOKS`."""
+
+    label: str
+    role: str
+    values: Array = field(repr=False)
+    source: str = ""
+    """The signal it comes from, where it is one."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Lines that share their axes."""
+
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+
+
+def panels(log: Playback, names: Sequence[str] = ()) -> list[Panel]:
+    """Return the panels of a log: the robot's own or those of any system, or of the signals that `names` match.
+
+    `names` are `component.variable`, `*` and `?` stand for any text and letter. Raises TwipError for a name that
+    matches nothing.
+    """
+    if names:
+        return _of_signals(log, matching(log, names))
+    return list(_robot(log)) if is_robot(list(log.signals)) else _of_signals(log, chosen(log)[0])
+
+
+def matching(log: Playback, names: Sequence[str]) -> list[str]:
+    """Return the signals that match, each once; raises TwipError that names every pattern that matches nothing."""
+    found: dict[str, None] = {}
+    problems = []
+    for name in names:
+        hits = [name] if name in log.signals else [s for s in log.signals if fnmatchcase(s, name)]
+        if not hits:
+            try:
+                log[name]
+            except TwipError as error:
+                problems.append(str(error))
+        found.update(dict.fromkeys(hits))
+    if problems:
+        raise TwipError("\n".join(problems))
+    return list(found)
+
+
+def chosen(log: Playback) -> tuple[list[str], list[str]]:
+    """Return the signals of an unknown system that are drawn, and those that are left out because they are too many."""
+    names = [
+        f"{channel.component}.{signal.name}" if channel.component else signal.name
+        for channel in log.channels
+        for signal in channel.signals
+        if signal.causality == "output" or not channel.component
+    ]
+    drawn = [line.source for panel in _of_signals(log, names)[:MOST_PANELS] for line in panel.lines]
+    return drawn, [name for name in names if name not in set(drawn)]
+
+
+def _of_signals(log: Playback, names: Iterable[str]) -> list[Panel]:
+    """Return panels with the lines of one component and unit each."""
+    owners = {
+        (f"{channel.component}.{signal.name}" if channel.component else signal.name): (channel.component, signal.name)
+        for channel in log.channels
+        for signal in channel.signals
+    }
+    groups: dict[tuple[str, str], list[Line]] = {}
+    for name in names:
+        component, variable = owners[name]
+        line = Line(variable, "other", np.asarray(log[name], np.float64), name)
+        groups.setdefault((component, log.unit(name) or ""), []).append(line)
+    return [
+        Panel(component or log.metadata.get("system", {}).get("name", "system"), unit, tuple(lines[i : i + MOST_LINES]))
+        for (component, unit), lines in groups.items()
+        for i in range(0, len(lines), MOST_LINES)
+    ]
+
+
+def _robot(log: Playback) -> Iterator[Panel]:
+    """Yield the robot's panels."""
+
+    def line(label: str, role: str, name: str, scale: float = 1.0) -> Line:
+        return Line(label, role, scale * log[name], name)
+
+    def three(title: str, unit: str, *of: tuple[str, float]) -> Panel:
+        """Return the panel of a real quantity, its estimate and its reference, each a signal and its factor."""
+        kinds = zip((title.lower(), "estimate", "reference"), KINDS, of, strict=True)
+        return Panel(title, unit, tuple(line(label, role, *signal) for label, role, signal in kinds))
+
+    angle, radius = degrees(1.0), number(log, "plant", "wheel_radius")
+    pitch = (("plant.pitch", angle), ("estimator.pitch", angle), ("controller.pitch_reference", angle))
+    yield three("Pitch", "°", *pitch)
+    error = angle * (log["estimator.pitch"] - log["plant.pitch"])
+    yield Panel("Estimator error", "°", (Line("estimate − pitch", "estimate", error),))
+    speed = (("plant.wheel_rate", radius), ("estimator.wheel_rate", radius), ("controller.speed_reference", 1.0))
+    yield three("Speed", "m/s", *speed)
+    yield three("Yaw", "°", ("plant.yaw", angle), ("estimator.yaw", angle), ("controller.yaw_reference", angle))
+    supply = np.full(len(log.times), number(log, "controller", "supply_voltage"))
+    limits = (Line("supply", "limit", supply), Line("−supply", "limit", -supply))
+    yield Panel("Voltage", "V", (*(line(side, side, f"controller.{side}.voltage") for side in SIDES), *limits))
+    yield Panel("Dry friction, while sliding", "mN·m", tuple(Line(s, s, 1e3 * friction(log, s)) for s in SIDES))
+    yield Panel(f"Share of {REST_WINDOW:g} s at rest", "%", tuple(Line(s, s, 100.0 * rest(log, s)) for s in SIDES))
+    surfaces = (line("s1 balance", "left", "controller.s1"), line("s2 yaw", "right", "controller.s2"))
+    yield Panel("Sliding surfaces", "rad/s", surfaces)
+    yield Panel("Place", "m", (line("x", "real", "plant.x"), line("y", "estimate", "plant.y")))
+    acting: list[tuple[str, str, str, float]] = [
+        ("Push", "N", "plant.push_force", 1.0),
+        ("Ground slope", "°", "plant.ground_slope", angle),
+        ("Torque on the body", "mN·m", "plant.body_torque", 1e3),
+    ]
+    for title, unit, name, scale in acting:
+        if name in log.signals and np.any(log[name] != 0.0):
+            yield Panel(title, unit, (line(title.lower(), "real", name, scale),))
+
+
+def friction(log: Playback, side: str) -> Array:
+    """Return a shaft's dry friction torque in N.m where it slides, NaN where it sticks (it then lies within limits).
+
+    T = -+(T_c + (T_s - T_c) e^-(omega/v_s)^2), against the motion, with the limits of its direction.
+    """
+
+    def of(name: str) -> Array:
+        values: Array = log[f"plant.{side}.{name}"]
+        return values
+
+    speed, scale = of("shaft_speed"), of("stribeck_speed_limit")
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        weight = np.where(scale > 0.0, np.exp(-np.square(speed / scale)), 0.0)
+    forward = of("coulomb_forward_limit") + (of("static_forward_limit") - of("coulomb_forward_limit")) * weight
+    reverse = of("coulomb_reverse_limit") + (of("static_reverse_limit") - of("coulomb_reverse_limit")) * weight
+    return np.where(speed > 0.0, -forward, np.where(speed < 0.0, reverse, np.nan))
+
+
+def rest(log: Playback, side: str) -> Array:
+    """Return the share of the rows of the last `REST_WINDOW` s in which a shaft sticks, 0 to 1."""
+    sticks = np.concatenate([[0.0], np.cumsum(log[f"plant.{side}.shaft_speed"] == 0.0)])
+    last = np.arange(1, len(log.times) + 1)
+    first = np.minimum(np.searchsorted(log.times, log.times - REST_WINDOW, side="right"), last - 1)
+    share: Array = (sticks[last] - sticks[first]) / (last - first)
+    return share

@@ -1,0 +1,160 @@
+"""Puts a report together: panels and samples of the logs, tables, BokehJS and our scripts, in one HTML file."""
+
+import json
+import os
+from collections.abc import Sequence
+from html import escape
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+from bokeh.resources import Resources
+
+from ...cosim.playback import Playback
+from ...errors import TwipError
+from ..drawing import BLUE, PALETTE, look
+from ..metrics import is_robot, judge
+from ..panels import Line, panels
+from ..run_parameters import number
+from . import about
+from .samples import Samples
+
+PARTS = ("page.html", "page.css")
+SCRIPTS = ("data.js", "plots.js", "robot.js", "player.js")
+BEFORE_RELEASE = 0.2
+"""How long before the robot is released the report begins, in s."""
+
+
+def report(logs: Sequence[Playback], path: Path, names: Sequence[str] = ()) -> Path:
+    """Write the report of one log, or of several that are compared, to `path`, and return it.
+
+    `names` are signals (with `*` and `?`) that get panels besides the usual ones. Raises TwipError when a log has no
+    rows, a name matches nothing, or the file cannot be written.
+    """
+    if empty := [str(log.path) for log in logs if not len(log.times)]:
+        raise TwipError("\n".join(f"log {name!r} has no rows to show" for name in empty))
+    text = page(logs, names)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", errors="backslashreplace")
+    except OSError as error:
+        raise TwipError(f"{path}: the report cannot be written ({error.strerror})") from None
+    return path
+
+
+def page(logs: Sequence[Playback], names: Sequence[str] = ()) -> str:
+    """Return the report as HTML."""
+    labels = short_names([log.path for log in logs])
+    colors = [BLUE] if len(logs) == 1 else [PALETTE[i % len(PALETTE)] for i in range(len(logs))]
+    robots = [is_robot(list(log.signals)) for log in logs]
+    verdicts = [judge(log) if robot else None for log, robot in zip(logs, robots, strict=True)]
+    samples = Samples([log.times for log in logs])
+    drawn = _panels(logs, labels, names, samples)
+    moving = [
+        _robot(log, index, colors[index], samples)
+        for index, (log, robot) in enumerate(zip(logs, robots, strict=True))
+        if robot
+    ]
+    packed, packed_text = samples.packed()
+    released = [verdict.release for verdict in verdicts if verdict]
+    data: dict[str, Any] = {"panels": drawn, "robots": moving, "samples": packed}
+    if released:
+        data["begin"] = max(float(min(log.times[0] for log in logs)), min(released) - BEFORE_RELEASE)
+    details = (
+        about.table("Parameters that are not nominal", labels, about.parameters(logs)),
+        about.table("Origin", labels, about.origin(logs)),
+    )
+    note = (
+        "Every row of the log is in this file."
+        if not packed["group"]
+        else (f"Drawn from the smallest and the largest value of every {packed['group']:g} s; the log has them all.")
+    )
+    own = {name: (files(__package__) / name).read_text(encoding="utf-8") for name in (*PARTS, *SCRIPTS)}
+    return Template(own["page.html"]).substitute(
+        title=escape(" and ".join(labels)),
+        css=own["page.css"],
+        verdicts=about.verdicts_line(labels, colors, verdicts),
+        summary=about.table("Summary", labels, about.summary(logs, verdicts)),
+        about="\n".join(details),
+        footer=escape(f"{note} twip {version('twip')}, drawn with Bokeh {version('bokeh')}."),
+        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+        samples=packed_text,
+        bokeh=_inert("\n".join(Resources(mode="inline", components=["bokeh", "bokeh-api"], minified=True).js_raw)),
+        scripts=_inert("\n".join(own[name] for name in SCRIPTS)),
+    )
+
+
+def short_names(paths: Sequence[Path]) -> list[str]:
+    """Return a short name per log: the file's, with as many folders as tell equal ones apart."""
+    for count in range(1, 1 + max((len(path.parts) for path in paths), default=0)):
+        names = [os.path.join(*path.with_suffix("").parts[-count:]) for path in paths]
+        if len(set(names)) == len(names):
+            return names
+    return [f"{path.stem} ({number})" for number, path in enumerate(paths, 1)]
+
+
+def _panels(
+    logs: Sequence[Playback], labels: Sequence[str], names: Sequence[str], samples: Samples
+) -> list[dict[str, Any]]:
+    """Return the panels of all logs as the script takes them; those of one title and unit become one."""
+    alone = len(logs) == 1
+    merged: dict[tuple[str, str], list[tuple[int, int, Line]]] = {}
+    for index, log in enumerate(logs):
+        for panel in [*panels(log), *(panels(log, names) if names else [])]:
+            lines = merged.setdefault((panel.title, panel.unit), [])
+            known = {(i, line.label) for i, _, line in lines}
+            lines += [(index, k, line) for k, line in enumerate(panel.lines) if (index, line.label) not in known]
+    result = []
+    for (title, unit), lines in merged.items():
+        drawn: list[dict[str, Any]] = []
+        for index, position, line in sorted(lines, key=lambda item: item[1]):
+            if line.role == "reference" and not np.any(line.values):
+                continue  # nothing was asked for
+            if line.role == "limit" and any(known["label"] == line.label for known in drawn):
+                continue  # of another log
+            looks = look(line.role, position, index, len(logs))
+            drawn.append(
+                {
+                    "label": line.label if alone or line.role == "limit" else f"{line.label}, {labels[index]}",
+                    "source": line.source,
+                    "color": looks.color,
+                    "width": looks.width,
+                    "alpha": looks.alpha,
+                    "dash": looks.dash,
+                    "series": samples.add(index, line.values),
+                }
+            )
+        result.append({"title": title, "unit": unit, "lines": drawn})
+    return result
+
+
+def _robot(log: Playback, index: int, color: str, samples: Samples) -> dict[str, Any]:
+    """Return what moves the drawn robot: angles in degrees, the wheel's in rad."""
+    series = {
+        "pitch": np.degrees(log["plant.pitch"]),
+        "yaw": np.degrees(log["plant.yaw"]),
+        "wheel": log["plant.wheel_angle"],
+        "x": log["plant.x"],
+        "y": log["plant.y"],
+        "slope": np.degrees(log["plant.ground_slope"]),
+        "push": log["plant.push_force"],
+    }
+    for name in ("slope", "push"):
+        if not np.any(series[name]):
+            del series[name]
+    return {
+        "color": color,
+        "series": {name: samples.add(index, values) for name, values in series.items()},
+        "wheel_radius": number(log, "plant", "wheel_radius"),
+        "track_width": number(log, "plant", "track_width"),
+        "height": 2.0 * number(log, "plant", "cog_height"),
+        "push_height": number(log, "plant", "push_height"),
+    }
+
+
+def _inert(script: str) -> str:
+    """Return a script in which nothing ends the element that holds it."""
+    return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")

@@ -1,0 +1,101 @@
+// The robot from the side and from above, as SVG; lengths in m, drawn 1000 to the metre.
+
+const MM = 1000, SVG = "http://www.w3.org/2000/svg";
+
+function svg(parent, name, attributes) {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  parent.append(element);
+  return element;
+}
+
+function ink(color, alpha) { return {stroke: color, "stroke-opacity": alpha, "vector-effect": "non-scaling-stroke"}; }
+
+class Robots {
+  constructor(robots, samples) {
+    document.getElementById("robot").hidden = false;
+    this.robots = robots.map(robot => {
+      const series = Object.fromEntries(Object.entries(robot.series).map(([k, i]) => [k, samples.series[i]]));
+      return {...robot, series};
+    });
+    this.makeSide(document.getElementById("side"));
+    this.makeAbove(document.getElementById("above"));
+  }
+
+  makeSide(view) {
+    const reach = 1.12 * Math.max(...this.robots.map(r => r.wheel_radius + r.height)) * MM;
+    view.setAttribute("viewBox", `${-1.5 * reach} ${-1.06 * reach} ${3 * reach} ${1.42 * reach}`);
+    this.ground = svg(view, "g", {});
+    svg(this.ground, "line", {x1: -9 * reach, x2: 9 * reach, y1: 0, y2: 0, ...ink("#8a8a8a", 1), "stroke-width": 1.5});
+    this.tick = 0.1 * MM;
+    this.ticks = svg(this.ground, "g", {});
+    const count = Math.ceil(3 * reach / this.tick);
+    for (let k = -count; k <= count; k++) {
+      svg(this.ticks, "line", {x1: k * this.tick, x2: k * this.tick - 12, y1: 0, y2: 14, ...ink("#b5b5b5", 1), "stroke-width": 1});
+    }
+    for (const robot of this.robots) {
+      const r = robot.wheel_radius * MM, h = robot.height * MM, w = 0.07 * MM, soft = this.robots.length > 1 ? 0.12 : 1;
+      const group = svg(this.ground, "g", {transform: `translate(0 ${-r})`, class: "robot"});
+      robot.body = svg(group, "g", {class: "body"});
+      svg(robot.body, "rect", {x: -w / 2, y: -h, width: w, height: 0.96 * h, rx: 7, fill: soft < 1 ? robot.color : "#dfe9f3", "fill-opacity": soft, ...ink(robot.color, 1), "stroke-width": 1.8});
+      svg(robot.body, "line", {x1: -w / 2, x2: w / 2, y1: -0.72 * h, y2: -0.72 * h, ...ink(robot.color, 0.6), "stroke-width": 1.2});
+      svg(robot.body, "circle", {cx: w / 4, cy: -0.86 * h, r: 5, fill: robot.color});
+      robot.wheel = svg(group, "g", {class: "wheel"});
+      svg(robot.wheel, "circle", {r, fill: "#fff", "fill-opacity": soft < 1 ? 0.5 : 1, ...ink(soft < 1 ? robot.color : "#222", 1), "stroke-width": 2.4});
+      for (const angle of [0, 60, 120]) svg(robot.wheel, "line", {x1: -0.86 * r, x2: 0.86 * r, y1: 0, y2: 0, transform: `rotate(${angle})`, ...ink("#9a9a9a", 1), "stroke-width": 1});
+      svg(robot.wheel, "circle", {r: 0.13 * r, fill: "#222"});
+      robot.push = svg(group, "path", {fill: "none", ...ink("#c23b4e", 1), "stroke-width": 2.5});
+    }
+    this.label = svg(view, "text", {x: 1.44 * reach, y: -0.93 * reach, "text-anchor": "end", "font-size": 0.085 * reach, fill: "#767676"});
+  }
+
+  makeAbove(view) {
+    let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (const {series: {x, y}} of this.robots) {
+      for (const v of x.values) { if (v < left) left = v; if (v > right) right = v; }
+      for (const v of y.values) { if (v < low) low = v; if (v > high) high = v; }
+    }
+    if (!(right - left >= 0)) [left, right] = [0, 0];
+    if (!(high - low >= 0)) [low, high] = [0, 0];
+    const size = Math.max(0.45, 0.8 * (right - left + 0.3) * 180 / 300, high - low + 0.34), middle = [(left + right) / 2, (low + high) / 2];
+    const wide = Math.max(size * 2.2, right - left + 0.4);
+    view.setAttribute("viewBox", `${(middle[0] - wide / 2) * MM} ${(-middle[1] - size / 2) * MM} ${wide * MM} ${size * MM}`);
+    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100].find(s => wide / s < 14) ?? wide / 8;
+    const grid = svg(view, "g", {});
+    const span = 1.5 * Math.max(wide, size);
+    for (let k = Math.floor((middle[0] - span) / step); k * step < middle[0] + span; k++) svg(grid, "line", {x1: k * step * MM, x2: k * step * MM, y1: (-middle[1] - span) * MM, y2: (-middle[1] + span) * MM, ...ink("#e2e4e6", 1), "stroke-width": 1});
+    for (let k = Math.floor((middle[1] - span) / step); k * step < middle[1] + span; k++) svg(grid, "line", {y1: -k * step * MM, y2: -k * step * MM, x1: (middle[0] - span) * MM, x2: (middle[0] + span) * MM, ...ink("#e2e4e6", 1), "stroke-width": 1});
+    document.querySelector("#above + figcaption").textContent = `above, grid ${step} m`;
+    for (const robot of this.robots) {
+      const {x, y} = robot.series, every = Math.max(1, Math.floor(x.times.count / 1500)), points = [];
+      for (let i = 0; i < x.times.count; i += every) points.push(`${(x.values[i] * MM).toFixed(1)},${(-y.values[i] * MM).toFixed(1)}`);
+      svg(view, "polyline", {points: points.join(" "), fill: "none", ...ink(robot.color, 0.45), "stroke-width": 1.5});
+    }
+    for (const robot of this.robots) {
+      const r = robot.wheel_radius * MM, t = robot.track_width / 2 * MM, several = this.robots.length > 1;
+      robot.top = svg(view, "g", {class: "top"});
+      for (const side of [-1, 1]) svg(robot.top, "rect", {x: -r, y: side * t - 10, width: 2 * r, height: 20, rx: 6, fill: several ? robot.color : "#444", "fill-opacity": several ? 0.5 : 1});
+      robot.roof = svg(robot.top, "rect", {x: -35, y: -0.8 * t, width: 70, height: 1.6 * t, rx: 8, fill: several ? robot.color : "#dfe9f3", "fill-opacity": several ? 0.15 : 1, ...ink(robot.color, 1), "stroke-width": 1.8});
+      svg(robot.top, "path", {d: `M ${r + 12} 0 l -16 -10 v 20 z`, fill: robot.color});
+    }
+  }
+
+  show(time) {
+    const first = this.robots[0].series;
+    const slope = first.slope ? first.slope.between(time) : 0;
+    this.ground.setAttribute("transform", `rotate(${-slope})`);
+    const travelled = first.wheel.between(time) * this.robots[0].wheel_radius * MM;
+    this.ticks.setAttribute("transform", `translate(${-(travelled % this.tick)} 0)`);
+    for (const robot of this.robots) {
+      const {pitch, wheel, yaw, x, y, push} = robot.series;
+      const angle = pitch.between(time);
+      robot.body.setAttribute("transform", `rotate(${angle + slope})`);
+      robot.wheel.setAttribute("transform", `rotate(${wheel.between(time) * 180 / Math.PI})`);
+      robot.top.setAttribute("transform", `translate(${x.between(time) * MM} ${-y.between(time) * MM}) rotate(${-yaw.between(time)})`);
+      robot.roof.setAttribute("x", -35 + Math.sin(angle * Math.PI / 180) * robot.height * MM / 2);
+      const force = push ? push.value(time) : 0, length = Math.sign(force) * Math.min(110, 30 + 8 * Math.abs(force)), h = robot.push_height * MM;
+      robot.push.setAttribute("d", force ? `M ${-length - Math.sign(force) * 40} ${-h} h ${length} m ${-Math.sign(force) * 12} -9 l ${Math.sign(force) * 12} 9 l ${-Math.sign(force) * 12} 9` : "");
+    }
+    this.label.textContent = this.robots.map(r => `${number(r.series.pitch.between(time), 10)}°`).join("   ");
+  }
+}
