@@ -11,17 +11,23 @@ HEAD = (
     f'<ssd:SystemStructureDescription xmlns:ssd="{SSP}SystemStructureDescription"'
     f' xmlns:ssc="{SSP}SystemStructureCommon" xmlns:ssv="{SSP}SystemStructureParameterValues"'
 )
+TYPES = ("Real", "Integer", "Boolean", "String", "Float32", "Float64", "Int8", "UInt8", "Int16", "Binary")
 
 
 def connector(name, kind, type_="Real", unit=None):
-    inner = "" if type_ is None else f"<ssc:{type_}{f' unit={chr(34)}{unit}{chr(34)}' if unit else ''}/>"
+    if type_ is None or type_ in TYPES:
+        inner = "" if type_ is None else f"<ssc:{type_}{f' unit={chr(34)}{unit}{chr(34)}' if unit else ''}/>"
+    else:
+        inner = f'<ssc:Enumeration name="{type_}"/>'
     return f'<ssd:Connector name="{name}" kind="{kind}">{inner}</ssd:Connector>'
 
 
 def connectors(text):
-    """Turn `u>:Real[rad] y<` into connectors: `>` input, `<` output, `*` parameter; `:Type`, `[unit]` optional."""
-    kinds = {">": "input", "<": "output", "*": "parameter"}
-    found = re.findall(r"([^\s<>*]+)([<>*])(?::(\w+))?(?:\[([^\]]+)\])?", text)
+    """Turn `u>:Real[rad] y<` into connectors: `>` input, `<` output, `*` parameter, `=` calculated
+    parameter, `!` local, `~` inout; `:Type`, `[unit]` optional; in place of a type the name of an enumeration.
+    """
+    kinds = {">": "input", "<": "output", "*": "parameter", "=": "calculatedParameter", "!": "local", "~": "inout"}
+    found = re.findall(r"([^\s<>*=!~]+)([<>*=!~])(?::(\w+))?(?:\[([^\]]+)\])?", text)
     items = "".join(
         connector(name, kinds[kind], type_ or None if not unit else "Real", unit) for name, kind, type_, unit in found
     )
@@ -47,6 +53,36 @@ def linear(factor=None, offset=None):
     return "<ssc:LinearTransformation" + "".join(f' {k}="{v}"' for k, v in given.items() if v is not None) + "/>"
 
 
+def mapping(kind, entries):
+    """Return a `Boolean`, `Integer` or `Enumeration` mapping transformation."""
+    items = "".join(f'<ssc:MapEntry source="{s}" target="{t}"/>' for s, t in entries.items())
+    return f"<ssc:{kind}MappingTransformation>{items}</ssc:{kind}MappingTransformation>"
+
+
+def enumerations(prefix="ssd", **items):
+    """Return enumeration definitions: `Mode={"off": 0, "on": 1}`."""
+    text = "".join(
+        f'<ssc:Enumeration name="{name}">'
+        + "".join(f'<ssc:Item name="{label}" value="{value}"/>' for label, value in values.items())
+        + "</ssc:Enumeration>"
+        for name, values in items.items()
+    )
+    return f"<{prefix}:Enumerations>{text}</{prefix}:Enumerations>"
+
+
+def parameter_mapping(entries, version="1.0"):
+    """Return an SSM element; entries are (source, target), (…, transformation) or (…, transformation, attributes)."""
+    items = "".join(
+        f'\n<ssm:MappingEntry source="{source}" target="{target}"{"".join(more[1:])}>{"".join(more[:1])}'
+        "</ssm:MappingEntry>"
+        for source, target, *more in entries
+    )
+    return (
+        f'<ssm:ParameterMapping xmlns:ssm="{SSP}SystemStructureParameterMapping"'
+        f' xmlns:ssc="{SSP}SystemStructureCommon" version="{version}">{items}</ssm:ParameterMapping>'
+    )
+
+
 def system(elements, connections=(), ports="", inside="", name="root"):
     lines = "\n".join(connections)
     wires = f"<ssd:Connections>\n{lines}\n</ssd:Connections>" if lines else ""
@@ -68,10 +104,16 @@ def parameter_set(values, units=""):
     )
 
 
-def bind(values=None, source=None, prefix=None):
-    attributes = "".join(f' {k}="{v}"' for k, v in {"source": source, "prefix": prefix}.items() if v is not None)
-    inline = "" if values is None else f"<ssd:ParameterValues>{parameter_set(values)}</ssd:ParameterValues>"
-    binding = f"<ssd:ParameterBinding{attributes}>{inline}</ssd:ParameterBinding>"
+def bind(values=None, source=None, prefix=None, mapped=None, base=None):
+    """Return a parameter binding; `mapped` is the inside of its `ParameterMapping` element, or that file's name."""
+    given = {"source": source, "sourceBase": base, "prefix": prefix}
+    attributes = "".join(f' {k}="{v}"' for k, v in given.items() if v is not None)
+    inside = "" if values is None else f"<ssd:ParameterValues>{parameter_set(values)}</ssd:ParameterValues>"
+    if mapped is not None and mapped.startswith("<"):
+        inside += f"<ssd:ParameterMapping>{mapped}</ssd:ParameterMapping>"
+    elif mapped is not None:
+        inside += f'<ssd:ParameterMapping source="{mapped}"/>'
+    binding = f"<ssd:ParameterBinding{attributes}>{inside}</ssd:ParameterBinding>"
     return f"<ssd:ParameterBindings>{binding}</ssd:ParameterBindings>"
 
 
@@ -122,16 +164,21 @@ def edit_fmu(
     step_size=None,
     state=False,
     files=None,
+    enums=None,
 ) -> Path:
     """Copy an FMU with attributes added to its variables, dependencies (output to inputs), unit definitions, and files.
 
-    With `state` it says that its state can be serialized, which every FMU of pythonfmu can do.
+    With `state` it says that its state can be serialized, which every FMU of pythonfmu can do. `enums` turns Integer
+    variables into enumerations: items by variable.
     """
     with zipfile.ZipFile(source) as archive:
         contents = {entry: archive.read(entry) for entry in archive.namelist()}
     root = etree.fromstring(contents["modelDescription.xml"])
     scalars = {v.get("name"): v for v in root.iter("ScalarVariable")}
     index = {name: str(i) for i, name in enumerate(scalars, 1)}
+    for name in enums or {}:
+        scalars[name][0].tag = "Enumeration"
+        scalars[name][0].set("declaredType", f"{name}_items")
     for name, attributes in (variables or {}).items():
         for key, value in attributes.items():
             (scalars[name] if key in ("causality", "variability", "initial") else scalars[name][0]).set(key, str(value))
@@ -145,6 +192,13 @@ def edit_fmu(
     if definitions:
         text = re.sub(r"ssc:", "", units(definitions, "x")).replace("x:Units", "UnitDefinitions")
         root.insert(first + 1, etree.fromstring(text))
+    if enums:
+        types = etree.Element("TypeDefinitions")
+        for name, items in enums.items():
+            declared = etree.SubElement(etree.SubElement(types, "SimpleType", name=f"{name}_items"), "Enumeration")
+            for label, value in items.items():
+                etree.SubElement(declared, "Item", name=label, value=str(value))
+        root.insert(next(i for i, child in enumerate(root) if child.tag in ("LogCategories", "ModelVariables")), types)
     if step_size is not None:
         place = next(i for i, child in enumerate(root) if child.tag == "ModelVariables")
         root.insert(place, etree.Element("DefaultExperiment", stepSize=str(step_size)))
@@ -154,3 +208,21 @@ def edit_fmu(
         for entry, data in contents.items():
             archive.writestr(entry, data)
     return target
+
+
+GAIN = "CosimGain.fmu"
+
+
+def a_and_b(*connections, ports="", inside="", a_ports="u> k* y<", b_ports="u> k* y<", a=GAIN, b=GAIN):
+    """Return a system of two gains."""
+    return system([component("a", a, a_ports), component("b", b, b_ports)], connections, ports, inside)
+
+
+def line_of(path, text):
+    """Return the number of the first line with `text`."""
+    return next(i for i, line in enumerate(path.read_text().splitlines(), 1) if text in line)
+
+
+def proposing(attributes):
+    """Return an experiment of 1 s with our annotation."""
+    return f'<ssd:DefaultExperiment stopTime="1">{algorithm(attributes)}</ssd:DefaultExperiment>'

@@ -160,7 +160,10 @@ def identify(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scena
             result[f"start value {names[connector.column]}"] = connector.start
     for copy in system.copies:
         factor, offset = copy.conversion.factor, copy.conversion.offset
-        result[f"connection to {names[copy.destination]}"] = f"{names[copy.source]} * {factor!r} + {offset!r}"
+        mapped = "" if copy.mapping is None else f" by {sorted(copy.mapping.table.items())}, {copy.mapping.keeps}"
+        result[f"connection to {names[copy.destination]}"] = f"{names[copy.source]} * {factor!r} + {offset!r}{mapped}"
+    for link in system.parameter_links:
+        result[f"connection to {link.component}.{link.variable.name}"] = f"{names[link.source]} {link.conversion!r}"
     return result
 
 

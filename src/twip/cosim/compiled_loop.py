@@ -19,6 +19,7 @@ from ..errors import TwipError
 from .execution import Execution
 from .native import DECLINED, NO_FUNCTIONS, native_functions
 from .ports import InputGroup, OutputGroup
+from .schedule import Schedule
 
 IntTable = NDArray[np.int64]
 
@@ -27,7 +28,7 @@ KIND, FIRST, SIZE, REFERENCES, HANDLE, FUNCTION, FMI_HANDLE, FMI_FUNCTION = rang
 """Columns of a table of groups: variables of one type of a component, and the function that sets or gets them (a native
 one, if the component has it) with its first argument; then those of FMI, for what a native one declines.
 """
-FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE = range(6)
+FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE, UNMAPPED = range(7)
 """How a run of steps ended."""
 
 
@@ -96,9 +97,26 @@ def get_all(group, values, references, integers):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True)
+def translate(value, entries, begin, end):  # type: ignore[no-untyped-def]
+    """Look a value up in a part of the entries (source, target), which increase; return whether it is there, and what
+    it becomes, itself if it is not.
+    """
+    low, high = begin, end
+    while low < high:
+        middle = (low + high) // 2
+        if entries[middle, 0] < value:
+            low = middle + 1
+        else:
+            high = middle
+    if low < end and entries[low, 0] == value:
+        return True, entries[low, 1]
+    return False, value
+
+
+@njit(cache=True)
 def run_steps(  # type: ignore[no-untyped-def]
     times, step_size, inputs, driven, rows, stop, values, last, previous, clock,
-    order, stage_order, stage_copies, destination, source, factor, offset, lead,
+    order, stage_order, stage_copies, destination, source, factor, offset, lead, first_entry, entries, partial,
     steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers, failed,
 ):  # fmt: skip
     """Do one step per row; return how many were finished and how it ended; `failed`: component, group, status."""
@@ -110,6 +128,11 @@ def run_steps(  # type: ignore[no-untyped-def]
         for stage in range(stage_order.shape[0] - 1):
             for c in range(stage_copies[stage], stage_copies[stage + 1]):
                 value = factor[c] * values[source[c]] + offset[c]
+                if first_entry[c] < first_entry[c + 1] or partial[c]:
+                    known, value = translate(value, entries, first_entry[c], first_entry[c + 1])
+                    if partial[c] and not known:
+                        failed[0] = c
+                        return k, UNMAPPED
                 if lead[c] != 0.0:
                     before = previous[c]
                     previous[c] = value
@@ -163,6 +186,20 @@ def group_table(
     return np.array(rows, np.int64).reshape(-1, 8), np.array(first, np.int64)
 
 
+def mapping_table(plan: Schedule) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the first entry of each copy (copies + 1), the entries (n, 2), source and target, in increasing order, and
+    which copies take no other values (copies).
+    """
+    first, entries = [0], []
+    for copy in range(len(plan.labels)):
+        mapping = plan.mappings.get(copy)
+        entries += [] if mapping is None else sorted(mapping.table.items())
+        first.append(len(entries))
+    partial = [copy in plan.mappings and not plan.mappings[copy].keeps for copy in range(len(plan.labels))]
+    table = np.array(entries, np.float64).reshape(-1, 2)
+    return np.array(first, np.int64), table, np.array(partial, np.bool_)
+
+
 def address(function: object) -> int:
     """Return the address of a C function that ctypes has loaded."""
     return ctypes.cast(function, ctypes.c_void_p).value or 0  # type: ignore[arg-type]
@@ -200,10 +237,11 @@ class CompiledLoop:
         self._driven = execution.driven
         self._failed = np.zeros(3, np.int64)
         row = execution.row
+        self._schedule, self._clock, self._row = plan, execution.clock, row
         self._arguments = (
             row, row.copy(), execution.previous, execution.clock,
             plan.order, plan.stage_order, plan.stage_copies,
-            plan.destination, plan.source, plan.factor, plan.offset, plan.lead,
+            plan.destination, plan.source, plan.factor, plan.offset, plan.lead, *mapping_table(plan),
             self.steppers,
             setters, first_setter, getters, first_getter, np.array(references, np.uint32),
             np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(widest, np.int32), self._failed,
@@ -223,6 +261,10 @@ class CompiledLoop:
 
     def _failure(self, ending: int) -> TwipError:
         component, group, status = self._failed.tolist()
+        if ending == UNMAPPED:
+            plan = self._schedule
+            value = float(plan.factor[component] * self._row[plan.source[component]] + plan.offset[component])
+            return plan.refusal(component, value, float(self._clock[0]))
         port = self._ports[component]
         try:
             if ending == NOT_FINITE:

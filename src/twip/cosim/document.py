@@ -1,28 +1,27 @@
 """Reads the XML documents of the System Structure and Parameterization standard (SSP 1.0 and 2.0) safely.
 
-Entities are not expanded, document type declarations are refused, nothing is fetched. Version 1 documents are validated
-against the schemas that ship with fmpy; those reject version 2, for which the readers' own checks stand alone.
+Entities are not expanded, document type declarations are refused, nothing is fetched.
 """
 
-import functools
-import pathlib
-import re
 from collections.abc import Iterator, Set
 from typing import Any
 
-import fmpy
 from lxml import etree
 
 from .problems import Place, Problems
 
 SSP_NAMESPACE = "http://ssp-standard.org/SSP"
-_SCHEMAS = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"
+ANNOTATION = "org.twip.cosim"
+"""Type of the annotation by which a file proposes a coupling and a step size."""
 _INSTANCE_NAMESPACE = "{http://www.w3.org/2001/XMLSchema-instance}"
 MAXIMUM_BYTES = 64 * 1024 * 1024
 BASE_ATTRIBUTES = frozenset({"id", "description"})
 METADATA_ATTRIBUTES = frozenset(
     {"author", "fileversion", "copyright", "license", "generationTool", "generationDateAndTime"}
 )
+
+IGNORED_WITH_WARNING = frozenset({"MetaData", "Signature"})
+"""Elements of SSP 2.0 that a tool may ignore."""
 
 Element = etree._Element
 
@@ -48,38 +47,6 @@ def parse_xml(data: bytes, file: str, problems: Problems) -> Element | None:
     return root
 
 
-def read_file(path: pathlib.Path, file: str, problems: Problems, place: Place | None = None) -> Element | None:
-    """Read and parse the XML file at `path`, called `file` in messages."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        problems.add(f"{file}: {error.strerror or error}", place)
-        return None
-    return parse_xml(data, file, problems)
-
-
-@functools.cache
-def _schema(name: str) -> etree.XMLSchema:
-    return etree.XMLSchema(etree.parse(_SCHEMAS / name))
-
-
-def valid(root: Element, schema: str, file: str, problems: Problems) -> bool:
-    """Validate a version 1 document against `schema`; True for version 2, whose schema fmpy does not have."""
-    version = root.get("version", "")
-    if version.startswith("2."):
-        return True
-    if version and not version.startswith("1."):
-        problems.add(f"version {version} of the format is not supported", Reader(file, problems).place(root))
-        return False
-    validator = _schema(schema)
-    if validator.validate(root):
-        return True
-    entries: Any = validator.error_log
-    for entry in entries:
-        problems.add(re.sub(r"\{[^}]*\}", "", entry.message), Place(file, entry.line))
-    return False
-
-
 def name_of(element: Element) -> str:
     """Return the local name of an SSP element, and `{namespace}name` of a foreign one."""
     name = etree.QName(element)
@@ -99,8 +66,9 @@ class Reader:
         return Place(self.file, line)
 
     def children(self, element: Element, read: Set[str], ignored: Set[str] = frozenset()) -> Iterator[Element]:
-        """Yield the children named in `read`; those in `ignored` have no effect on a simulation; others are
-        problems.
+        """Yield the children named in `read`; those in `ignored` have no effect on a simulation; others are problems.
+
+        Annotations of others, meta data and signatures, which a tool may ignore, are warned of.
         """
         for child in element:
             if not isinstance(child.tag, str):
@@ -108,8 +76,18 @@ class Reader:
             name = name_of(child)
             if name in read:
                 yield child
+            elif name == "Annotations":
+                self._pass_annotations(child)
+            elif name in IGNORED_WITH_WARNING:
+                self.problems.warn(f"{name} of {name_of(element)} is ignored", self.place(child))
             elif name not in ignored:
                 self.problems.add(f"{name} in {name_of(element)} is not supported", self.place(child))
+
+    def _pass_annotations(self, element: Element) -> None:
+        for annotation in self.children(element, {"Annotation"}):
+            kind = self.required(annotation, "type")
+            if kind != ANNOTATION:
+                self.problems.warn(f"annotations of type {kind} are ignored", self.place(annotation))
 
     def child(self, element: Element, name: str) -> Element | None:
         """Return the first child called `name`."""
@@ -144,6 +122,17 @@ class Reader:
             )
             return default
         return value
+
+    def integer(self, element: Element, attribute: str) -> int | None:
+        """Return an attribute that must be a whole number of at most 64 bits; None when it is not."""
+        text = self.required(element, attribute).strip()
+        digits = text.removeprefix("-").removeprefix("+")
+        if text and not (digits.isascii() and digits.isdigit() and len(digits) < 21 and -(2**63) <= int(text) < 2**64):
+            self.problems.add(
+                f"{attribute} = {text!r} of {name_of(element)} must be a whole number", self.place(element)
+            )
+            return None
+        return int(text) if text else None
 
     def boolean(self, element: Element, attribute: str) -> bool:
         """Return an XML boolean attribute, False when missing."""

@@ -1,19 +1,51 @@
 """Brings all instances to the start time with connected values that agree."""
 
+from collections.abc import Mapping, Sequence
+
+from ..errors import TwipError
 from .component import Instance
+from .parameters import StartValue
 from .ports import Ports, Vector
+from .problems import Place
 from .schedule import Schedule
-from .system import System
+from .system import ParameterLink, System
+from .value_types import family
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12
 """Relative to a variable's magnitude or nominal value: a few dozen roundings of a double."""
 
 
-def copy_stage(schedule: Schedule, stage: int, values: Vector) -> None:
-    """Do the copies of one stage."""
+def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: list[int]) -> None:
+    """Do the copies of one stage; those whose table does not have their value are not done, but added to `refused`."""
     for i in range(schedule.stage_copies[stage], schedule.stage_copies[stage + 1]):
-        values[schedule.destination[i]] = schedule.factor[i] * values[schedule.source[i]] + schedule.offset[i]
+        value = schedule.factor[i] * values[schedule.source[i]] + schedule.offset[i]
+        if i in schedule.mappings:
+            mapped = schedule.mappings[i](int(value))
+            if mapped is None:
+                refused.append(i)
+                continue
+            value = float(mapped)
+        values[schedule.destination[i]] = value
+
+
+def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, Instance], values: Vector) -> list[str]:
+    """Set the parameters that other components calculate; return the links whose value has no meaning there."""
+    unfit = []
+    for link in links:
+        value = link.conversion(values[link.source])
+        if value is None:
+            unfit.append(link.label)
+            continue
+        typed = value if family(link.variable.type) == "Real" else int(value)
+        typed = bool(typed) if link.variable.type == "Boolean" else typed
+        instances[link.component].set_value(StartValue(link.variable, typed, Place(link.label)))
+    return unfit
+
+
+def _refuse(schedule: Schedule, refused: list[int], values: Vector, time: float) -> None:
+    for copy in refused:
+        raise schedule.refusal(copy, values[schedule.source[copy]], time)
 
 
 def initialize(
@@ -40,29 +72,39 @@ def initialize(
         if connector.start is not None:
             values[connector.column] = connector.start
         elif connector.mirrored is not None:
-            values[connector.column] = connector.mirrored.conversion.inverse(values[connector.mirrored.destination])
+            values[connector.column] = connector.mirrored.inverse(values[connector.mirrored.destination])
     for column, value in driven.items():
         values[column] = value
     stages = len(schedule.stage_order) - 1
     nominal = [v.nominal for c in system.components for v in c.inputs + c.outputs]
     changing: list[int] = []
-    for _ in range(MAXIMUM_PASSES):
+    refused: list[int] = []
+    unfit: list[str] = []
+    by_name = {instance.name: instance for instance in instances}
+    for number in range(MAXIMUM_PASSES):
         before = list(values)
+        refused.clear()
+        if number > 0:  # what they come from has been read
+            unfit = pass_parameters(system.parameter_links, by_name, values)
         for stage in range(stages):
-            copy_stage(schedule, stage, values)
+            copy_stage(schedule, stage, values, refused)
             for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
                 ports[i].set_inputs()
                 ports[i].get_outputs()
         changing = [
             i for i, scale in enumerate(nominal) if abs(values[i] - before[i]) > _TOLERANCE * max(abs(values[i]), scale)
         ]
-        if not changing:
+        if not changing and (number > 0 or not system.parameter_links):
             break
+    _refuse(schedule, refused, values, times[0])
+    for label in unfit:
+        raise TwipError(f"{label} failed at t = {times[0]:.12g} s: the value is no item of the enumeration")
     for instance in instances:
         instance.finish_initialization()
     for port in ports:
         port.get_outputs()
-    copy_stage(schedule, stages - 1, values)
+    copy_stage(schedule, stages - 1, values, refused)
+    _refuse(schedule, refused, values, times[0])
     if not changing:
         return []
     names = system.columns

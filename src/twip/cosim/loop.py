@@ -39,6 +39,7 @@ class PythonLoop:
             )
             for s in range(len(plan.stage_order) - 1)
         ]
+        mappings = plan.mappings
         for k in range(len(rows)):
             if stop[0]:
                 return k, None
@@ -49,6 +50,11 @@ class PythonLoop:
                 for copies, ports in stages:
                     for index, (destination, source, factor, offset, lead) in copies:
                         value = factor * values[source] + offset
+                        if index in mappings:
+                            mapped = mappings[index](int(value))
+                            if mapped is None:
+                                raise self._execution.schedule.refusal(index, value, float(clock[0]))
+                            value = float(mapped)
                         if lead != 0.0:
                             before, previous[index] = float(previous[index]), value
                             value = value + lead * (value - before)

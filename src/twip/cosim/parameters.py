@@ -1,19 +1,25 @@
 """Start values and parameters: from bindings, parameter files and the caller to the variables of the FMUs.
 
-Precedence, lowest first (SSP 1.0 section 4.3.4): bindings of components, of inner systems, of the outermost system (a
-later binding before an earlier one), parameter files of the caller in their order, start values of the caller.
+A name stands for every variable and connector of that hierarchical name (SSP 1.0 section 5.2.3). What a binding of the
+description names and nobody has is ignored, with a warning; what the caller names must be there.
 """
 
+import dataclasses
 import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from .fmu import Fmu, Variable
+from .kinds import GIVING
+from .links import Conversion, Key, Port, convert_along, full_name
 from .problems import Place, Problems
-from .ssv import ParameterSet
-from .units import IDENTITY, Unit, UnitMismatchError, conversion, lookup
-from .wiring import Key, Port, Wiring, convert_along, full_name
+from .ssm import MappingEntry, ParameterMapping
+from .ssv import Parameter, ParameterSet
+from .transformation import Transformation, tabulate
+from .units import Unit, UnitMismatchError, conversion, lookup
+from .value_types import family
+from .wiring import Wiring
 
 Value = float | int | bool | str
 
@@ -27,13 +33,38 @@ class StartValue:
     place: Place
 
 
+@dataclass(frozen=True)
+class Scope:
+    """What a parameter set is applied to."""
+
+    path: str
+    """Dotted path of a component or system."""
+    prefix: str
+    """Comes before every name of the set."""
+    units: Mapping[str, Unit]
+    """Units of the file that holds the binding, for what the set itself does not define."""
+    from_caller: bool = False
+
+
+@dataclass(frozen=True)
+class Written:
+    """A value as it is written, on its way to its target."""
+
+    text: str
+    type: str | None
+    """None for the caller's values."""
+    unit: Unit | None
+    place: Place
+    transformation: Transformation | None = None
+    suppress_unit_conversion: bool = False
+
+
 @dataclass
 class Assignments:
     """Collects values by target; a later one replaces an earlier one."""
 
     fmus: Mapping[str, Fmu]
     wiring: Wiring
-    units: dict[str, Unit]
     problems: Problems
     variables: dict[Key, StartValue] = field(default_factory=dict)
     connectors: dict[Key, float] = field(default_factory=dict)
@@ -47,123 +78,213 @@ class Assignments:
             for variable in fmu.variables.values():
                 self._enter((path, variable.name), variable)
         for key, port in self.wiring.ports.items():
-            if port.variable is None:
+            if port.variable is None and not port.shared:
                 self._enter(key, port)
 
     def _enter(self, key: Key, target: Variable | Port) -> None:
         self._names.setdefault(full_name(key), []).append((key, target))
 
-    def apply_set(self, parameters: ParameterSet, scope: str, prefix: str = "", from_caller: bool = False) -> None:
-        """Apply a parameter set to the component or system at the dotted path `scope`."""
+    def apply_set(self, parameters: ParameterSet, scope: Scope, mapping: ParameterMapping | None = None) -> None:
+        """Apply a parameter set to a component or system; with a mapping, only what it names."""
+        names = {scope.prefix + parameter.name for parameter in parameters.parameters}
+        entries: dict[str, list[MappingEntry | None]] = {}
+        for item in () if mapping is None else mapping.entries:
+            entries.setdefault(item.source, []).append(item)
+            if item.source not in names:
+                self.problems.warn(f"the parameter set has no {item.source} to map", item.place)
         for parameter in parameters.parameters:
-            name = prefix + parameter.name
-            found = self._find(scope, name, parameter.place)
-            if found is None:
-                continue
-            key, target = found
-            if from_caller:
-                self.callers[key] = parameter.place
-            unit = lookup(parameter.unit, parameters.units, self.units)
+            name = scope.prefix + parameter.name
+            for entry in [None] if mapping is None else entries.get(name, []):
+                self._apply(parameter, parameters, scope, name if entry is None else entry.target, entry)
+
+    def _apply(
+        self, parameter: Parameter, parameters: ParameterSet, scope: Scope, name: str, entry: MappingEntry | None
+    ) -> None:
+        place = parameter.place
+        for key, target in self._find(scope, name + parameter.index, place):
+            if scope.from_caller:
+                self.callers[key] = place
+            unit = lookup(parameter.unit, parameters.units, scope.units)
             if unit is not None and unit.exponents is None and key[0] in self.fmus:
                 unit = lookup(unit.name, self.fmus[key[0]].units)
-            self._assign(key, target, parameter.text, parameter.type, unit, parameter.place)
+            written = Written(parameter.text, parameter.type, unit, place)
+            if entry is not None:
+                written = dataclasses.replace(
+                    written,
+                    transformation=entry.transformation,
+                    suppress_unit_conversion=entry.suppress_unit_conversion,
+                )
+            self._assign(key, target, written)
 
     def apply_values(self, values: Mapping[str, Value]) -> None:
         """Apply values by `component.variable`, in the variables' own units."""
         place = Place("start values")
         for name, value in values.items():
-            found = self._find("", name, place)
-            if found is not None:
-                self.callers[found[0]] = place
+            for key, target in self._find(Scope("", "", {}, from_caller=True), name, place):
+                self.callers[key] = place
                 text = str(value).lower() if isinstance(value, bool) else str(value)
-                self._assign(*found, text, None, None, place)
+                self._assign(key, target, Written(text, None, None, place))
 
-    def _find(self, scope: str, name: str, place: Place) -> tuple[Key, Variable | Port] | None:
-        full = f"{scope}.{name}" if scope else name
-        matches = self._names.get(full, [])
-        if len(matches) == 1:
-            return matches[0]
-        if matches:
-            self.problems.add(f"parameter {name} is ambiguous", place)
-            return None
-        known = [n[len(scope) + 1 :] for n in self._names if n.startswith(f"{scope}.")] if scope else list(self._names)
-        close = difflib.get_close_matches(name, known, 1)
-        hint = f", did you mean {close[0]}?" if close else ""
-        self.problems.add(
-            f"unknown parameter {name}{hint}", Place(place.file, place.line, scope if scope in self.fmus else None)
-        )
-        return None
+    def apply_constants(self) -> None:
+        """Give parameters that a constant of another component feeds its value."""
+        for key, link in self.wiring.links.items():
+            source, variable = link.source.variable, link.edges[-1].target.variable
+            if source is None or variable is None or source.variability != "constant" or variable.causality == "input":
+                continue
+            place = dataclasses.replace(link.edges[-1].connection.place, component=key[0])
+            value = None if source.start is None else parse_value(source.start, source.type, source.items)
+            if value is None or isinstance(value, str):
+                self.problems.add(f"{link.label}: the constant has no value that could be passed", place)
+                continue
+            self._set_variable(
+                key, variable, self._converted(link.conversion, value, variable, link.label, place), place
+            )
 
-    def _assign(
-        self, key: Key, target: Variable | Port, text: str, type_: str | None, unit: Unit | None, place: Place
-    ) -> None:
-        if isinstance(target, Variable):
-            place = Place(place.file, place.line, key[0])
-            if not target.settable:
-                self.problems.add(
-                    f"{target.name} cannot be set: it is a {target.variability} {target.causality}", place
-                )
-                return
-            value = self._convert(target.name, target.type, target, text, type_, place)
-            if value is None:
-                return
-            if target.type == "Real":
-                try:
-                    value = conversion(unit, target.unit)(float(value))
-                except UnitMismatchError as mismatch:
-                    self.problems.add(
-                        f"{target.name} = {text} [{unit.name if unit else ''}] for a variable in"
-                        f" {target.unit.name if target.unit else 'no unit'}: {mismatch}",
-                        place,
-                    )
-                    return
-            self.variables[key] = StartValue(target, value, place)
+    def _find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
+        path = scope.path
+        matches = self._names.get(f"{path}.{name}" if path else name, [])
+        if not matches:
+            known = [n[len(path) + 1 :] for n in self._names if n.startswith(f"{path}.")] if path else list(self._names)
+            close = difflib.get_close_matches(name, known, 1)
+            hint = f", did you mean {close[0]}?" if close else ""
+            place = Place(place.file, place.line, path if path in self.fmus else None)
+            if scope.from_caller:
+                self.problems.add(f"unknown parameter {name}{hint}", place)
+            else:
+                self.problems.warn(f"unknown parameter {name} is ignored{hint}", place)
+        return matches
+
+    def _assign(self, key: Key, target: Variable | Port, written: Written) -> None:
+        if isinstance(target, Port):
+            self._forward(target, written)
             return
-        self._forward(target, text, type_, unit, place)
+        place = dataclasses.replace(written.place, component=key[0])
+        written = dataclasses.replace(written, place=place)
+        if not target.settable:
+            self.problems.add(f"{target.name} cannot be set: it is a {target.variability} {target.causality}", place)
+            return
+        value = self._value(target.name, target.type, target.items, target.unit, written)
+        self._set_variable(key, target, value, place)
 
-    def _forward(self, port: Port, text: str, type_: str | None, unit: Unit | None, place: Place) -> None:
+    def _set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
+        if value is not None:
+            self.variables[key] = StartValue(variable, value, place)
+
+    def _value(
+        self, name: str, type_: str, items: tuple[tuple[str, int], ...], unit: Unit | None, written: Written
+    ) -> Value | None:
+        """Return a written value as its target takes it: in its type and unit, transformed; None for a problem."""
+        text, transformation, place = written.text, written.transformation, written.place
+        if transformation is not None and (misfit := transformation.misfit(type_)):
+            self.problems.add(f"{name}: {misfit}", transformation.place)
+            return None
+        known = items
+        if transformation is not None and transformation.kind == "enumeration":
+            text = transformation.names.get(text.strip(), text)
+        elif transformation is not None and transformation.kind == "integer" and written.type == "Integer":
+            known = ()  # the numbers of the set need not be items
+        value = self._parse(name, type_ if known is items else "Integer", known, text, written.type, place)
+        if value is None:
+            return None
+        if family(type_) == "Real":
+            own = None if written.suppress_unit_conversion else written.unit
+            try:
+                value = conversion(own, unit)(float(value))
+            except UnitMismatchError as mismatch:
+                self.problems.add(
+                    f"{name} = {text} [{own.name if own else ''}] for a variable in"
+                    f" {unit.name if unit else 'no unit'}: {mismatch}",
+                    place,
+                )
+                return None
+            return value if transformation is None else transformation.affine(value)
+        if transformation is None or transformation.kind == "enumeration":
+            return value
+        table = tabulate(
+            transformation, ("Integer" if known is not items else type_, known), (type_, items), self.problems
+        )
+        moved = value if table is None else table(int(value))
+        if moved is None:
+            self.problems.add(f"{name} = {text} has no entry in the mapping", place)
+            return None
+        return bool(moved) if type_ == "Boolean" else moved
+
+    def _forward(self, port: Port, written: Written) -> None:
         """Give a value to a system connector: it becomes the start value of every component variable behind it."""
+        if port.kind not in GIVING:
+            self._backward(port, written)
+            return
+        place = written.place
         links = [
             (key, link)
             for key, link in sorted(self.wiring.links.items())
             if any(e.source.key == port.key for e in link.edges)
         ]
-        port_type = port.type or next((e.target.type for _, link in links for e in link.edges if e.target.type), "Real")
-        value = self._convert(full_name(port.key), port_type, None, text, type_, place)
+        behind = [e.target for _, link in links for e in link.edges]
+        type_ = port.type or next((p.type for p in behind if p.type), "Real")
+        items = port.items or next((p.items for p in behind if p.items), ())
+        name = full_name(port.key)
+        value = self._value(name, type_, items, port.unit, written)
         if value is None or isinstance(value, str):
             return
-        start = port.unit or unit
-        try:
-            in_connector = conversion(unit, port.unit) if port_type == "Real" else IDENTITY
-        except UnitMismatchError as mismatch:
-            self.problems.add(f"{full_name(port.key)} = {text} [{unit.name if unit else ''}]: {mismatch}", place)
-            return
-        number = in_connector(float(value)) if port_type == "Real" else value
-        self.connectors[port.key] = float(number)
+        self.connectors[port.key] = float(value)
         for key, link in links:
             first = next(i for i, edge in enumerate(link.edges) if edge.source.key == port.key)
             variable = link.edges[-1].target.variable
-            converted = convert_along(link.edges[first:], self.problems, start)
+            converted = convert_along(link.edges[first:], self.problems, port.unit or written.unit)
             if variable is not None and converted is not None:
-                inner = converted(float(number)) if port_type == "Real" else value
-                self.variables[key] = StartValue(variable, inner, Place(place.file, place.line, key[0]))
+                own = dataclasses.replace(place, component=key[0])
+                inner = self._converted(converted, value, variable, f"{name} → {full_name(key)}", own)
+                self._set_variable(key, variable, inner, own)
 
-    def _convert(
-        self, name: str, target: str, variable: Variable | None, text: str, type_: str | None, place: Place
+    def _backward(self, port: Port, written: Written) -> None:
+        """Give a value to a connector that a component feeds: it becomes the start value of the output."""
+        link = self.wiring.links.get(port.key)
+        variable = None if link is None else link.source.variable
+        name = full_name(port.key)
+        if link is None or variable is None or not variable.settable:
+            self.problems.add(f"{name} cannot be set: no settable variable feeds it", written.place)
+            return
+        type_, items = port.type or variable.type, port.items or variable.items
+        value = self._value(name, type_, items, port.unit, written)
+        if value is None or isinstance(value, str):
+            return
+        before: Value = link.conversion.inverse(value)
+        if family(type_) != "Real":
+            before = int(before)
+        place = dataclasses.replace(written.place, component=link.source.key[0])
+        self._set_variable(link.source.key, variable, bool(before) if type_ == "Boolean" else before, place)
+
+    def _converted(
+        self, convert: Conversion, value: Value, variable: Variable, label: str, place: Place
+    ) -> Value | None:
+        """Return a number after a connection, as the variable's type takes it."""
+        moved = convert(float(value))
+        if moved is None:
+            self.problems.add(f"{label}: {value} is no item of the enumeration, and not mapped", place)
+            return None
+        if family(variable.type) == "Real":
+            return moved
+        return bool(moved) if variable.type == "Boolean" else int(moved)
+
+    def _parse(
+        self,
+        name: str,
+        target: str,
+        items: tuple[tuple[str, int], ...],
+        text: str,
+        type_: str | None,
+        place: Place,
     ) -> Value | None:
         """Return `text` as a value of the target's type; `type_` is the type it was written in, None for the caller's
         values.
         """
-        fits = type_ in (None, target) or (type_, target) in (
-            ("Integer", "Real"),
-            ("Integer", "Enumeration"),
-            ("String", "Enumeration"),
-        )
-        value = parse_value(text, target, () if variable is None else variable.items) if fits else None
+        kinds = (None if type_ is None else family(type_), family(target))
+        fits = type_ is None or kinds[0] == kinds[1] or kinds in _ALSO_FITS
+        value = parse_value(text, target, items) if fits else None
         if value is None:
-            self.problems.add(
-                f"{name} = {text!r} must be {_ARTICLE[target]}" + (f", not {type_}" if not fits else ""), place
-            )
+            article = _ARTICLE.get(target, f"a value of type {target}")
+            self.problems.add(f"{name} = {text!r} must be {article}" + (f", not {type_}" if not fits else ""), place)
         return value
 
     def check_connected(self) -> None:
@@ -173,7 +294,7 @@ class Assignments:
         """
         for key, place in self.callers.items():
             link, port = self.wiring.links.get(key), self.wiring.ports.get(key)
-            if link is None or port is None or port.kind == "parameter":
+            if link is None or port is None or port.kind in ("parameter", "structuralParameter"):
                 continue
             if link.source.variable is not None or link.source.key in self.connectors:
                 self.problems.add(
@@ -203,6 +324,7 @@ def out_of_range(variable: Variable, value: Value) -> list[str]:
     return problems
 
 
+_ALSO_FITS = {("Integer", "Real"), ("Integer", "Enumeration"), ("String", "Enumeration")}
 _ARTICLE = {
     "Real": "a finite Real number",
     "Integer": "an Integer of 32 bits",

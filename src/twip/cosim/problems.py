@@ -20,10 +20,11 @@ class Place:
 
 
 class Problems:
-    """An ordered collection of one-line problems; the same line is kept once."""
+    """An ordered collection of one-line problems; the same line is kept once. Warnings are kept beside them."""
 
     def __init__(self) -> None:
         self._lines: dict[str, None] = {}
+        self._warnings: dict[str, Place | None] = {}
 
     def __bool__(self) -> bool:
         return bool(self._lines)
@@ -32,6 +33,15 @@ class Problems:
         """Add one problem; line breaks inside `message` become spaces."""
         text = " ".join(message.split())
         self._lines[text if place is None else f"{text} ({place})"] = None
+
+    def warn(self, message: str, place: Place | None = None) -> None:
+        """Add a warning about what is odd or ignored, yet allowed; of the same message the first place is kept."""
+        self._warnings.setdefault(" ".join(message.split()), place)
+
+    @property
+    def warnings(self) -> list[str]:
+        """The warnings in the order they were found."""
+        return [text if place is None else f"{text} ({place})" for text, place in self._warnings.items()]
 
     @property
     def lines(self) -> list[str]:

@@ -18,7 +18,8 @@ from ..errors import TwipError
 from .feedthrough import evaluation_order
 from .fmu import RECORDED_TYPES, Variable
 from .ssd import COUPLINGS
-from .system import Copy, System
+from .system import Component, Copy, System
+from .transformation import Mapping
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,18 @@ class Schedule:
     """An offset of -0.0 keeps the sign of zero."""
     lead: NDArray[np.float64]
     """Share of a step by which a copy looks ahead, linearly from its last two values (copies); 0 for a plain copy."""
+    mappings: dict[int, Mapping]
+    """By copy: the tables that replace values in place of factor and offset."""
+    labels: tuple[str, ...]
+    """Both ends of each copy, for messages (copies)."""
     loops: tuple[tuple[tuple[str, str], ...], ...]
     """Algebraic loops: the outputs (component, variable) that depend on each other."""
+
+    def refusal(self, copy: int, value: float, time: float) -> TwipError:
+        """Return the failure of a copy whose table does not have `value`."""
+        return TwipError(
+            f"{self.labels[copy]} failed at t = {time:.12g} s: {value:g} is no item of the enumeration, and not mapped"
+        )
 
 
 def make_schedule(system: System, coupling: str, driven: Iterable[int] = (), mid_step: Iterable[str] = ()) -> Schedule:
@@ -82,7 +93,7 @@ def make_schedule(system: System, coupling: str, driven: Iterable[int] = (), mid
     copies = sorted((c for c in system.copies if c.source not in idle), key=lambda c: c.destination)
     owner = _owners(system)
     order = evaluation_order(
-        {c.name: {v.name: c.fmu.feedthrough[v.name] for v in c.outputs} for c in system.components},
+        {c.name: {v.name: _feedthrough(c, v.name) for v in c.outputs} for c in system.components},
         {owner[c.destination]: owner[c.source] for c in copies if c.destination in owner and c.source in owner},
     )
     index = {component.name: i for i, component in enumerate(system.components)}
@@ -112,8 +123,16 @@ def make_schedule(system: System, coupling: str, driven: Iterable[int] = (), mid
         np.array([c.conversion.factor for c in flat], np.float64),
         np.array([c.conversion.offset for c in flat], np.float64),
         np.array(_leads(system, planned, stage_of, owner, set(mid_step)), np.float64),
+        {i: c.mapping for i, c in enumerate(flat) if c.mapping is not None},
+        tuple(c.label for c in flat),
         order.loops,
     )
+
+
+def _feedthrough(component: Component, name: str) -> frozenset[str]:
+    """Return the inputs that a variable depends on; what is no output may depend on all of them."""
+    known = component.fmu.feedthrough
+    return known[name] if name in known else frozenset(v.name for v in component.inputs)
 
 
 def _leads(

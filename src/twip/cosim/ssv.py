@@ -1,16 +1,16 @@
 """Parameter sets (`.ssv`) of SSP 1.0 and 2.0."""
 
+import itertools
+import math
 import pathlib
 from dataclasses import dataclass
 
-from .document import METADATA_ATTRIBUTES, Element, Reader, name_of, read_file, valid
+from .document import METADATA_ATTRIBUTES, Element, Reader, name_of
 from .problems import Place, Problems
+from .schemas import valid
+from .source import read_file
 from .units import Unit, read_units
-
-TYPES = {
-    "Real": "Real", "Float64": "Real", "Float32": "Real", "Integer": "Integer", "Int32": "Integer",
-    "Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration",
-}  # fmt: skip
+from .value_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
 
 
 @dataclass(frozen=True)
@@ -19,15 +19,17 @@ class Parameter:
 
     name: str
     type: str
-    """`Real`, `Integer`, `Boolean`, `String` or `Enumeration`."""
+    """Name of a type of SSP, such as `Real` or `Int8`."""
     text: str
     unit: str | None
     place: Place
+    index: str = ""
+    """Of one element of an array: `[1]` or `[2,1]`, counted from 1, which follows the name."""
 
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """The values of one parameter set and the units it defines."""
+    """The values of one parameter set, and the units it defines."""
 
     file: str
     parameters: tuple[Parameter, ...]
@@ -48,30 +50,79 @@ def read_parameter_set(root: Element, file: str, problems: Problems) -> Paramete
     if name_of(root) != "ParameterSet":
         problems.add(f"expected a ParameterSet, found {name_of(root)}", reader.place(root))
         return None
-    if not valid(root, "SystemStructureParameterValues.xsd", file, problems):
+    if not valid(root, "SystemStructureParameterValues", file, problems):
         return None
     reader.attributes(root, {"version", "name", *METADATA_ATTRIBUTES})
-    parameters: dict[str, Parameter] = {}
-    for container in reader.children(root, {"Parameters"}, {"Enumerations", "Units", "Annotations"}):
+    enumerations = read_enumerations(reader, root)
+    parameters: dict[str, list[Parameter]] = {}
+    for container in reader.children(root, {"Parameters"}, {"Enumerations", "Units"}):
         for element in reader.children(container, {"Parameter"}):
-            parameter = _read_parameter(reader, element)
-            if parameter is None:
-                continue
-            if parameter.name in parameters:
-                problems.add(f"parameter {parameter.name} is given twice", parameter.place)
-            parameters[parameter.name] = parameter
-    return ParameterSet(file, tuple(parameters.values()), read_units(reader, root))
+            reader.attributes(element, {"name"})
+            name = reader.required(element, "name")
+            if name in parameters:
+                problems.add(f"parameter {name} is given twice", reader.place(element))
+            parameters[name] = _read_parameter(reader, element, name, enumerations)
+    return ParameterSet(file, tuple(itertools.chain(*parameters.values())), read_units(reader, root))
 
 
-def _read_parameter(reader: Reader, element: Element) -> Parameter | None:
-    reader.attributes(element, {"name"})
-    name = reader.required(element, "name")
-    for value in reader.children(element, set(TYPES), {"Annotations"}):
-        reader.attributes(value, {"value", "unit", "name"})
-        text = value.get("value")
-        if text is None:
-            reader.problems.add(f"parameter {name} has no value", reader.place(value))
-            return None
-        return Parameter(name, TYPES[name_of(value)], text, value.get("unit"), reader.place(value))
-    reader.problems.add(f"parameter {name} has no value", reader.place(element))
-    return None
+def _read_parameter(
+    reader: Reader, element: Element, name: str, enumerations: dict[str, Enumeration]
+) -> list[Parameter]:
+    values: list[Element] = []
+    shape: list[int] = []
+    for child in reader.children(element, {*TYPES, *REFUSED, "Dimension"}):
+        if name_of(child) != "Dimension":
+            values.append(child)
+            continue
+        reader.attributes(child, {"size"})
+        size = reader.integer(child, "size")
+        shape.append(1 if size is None else size)
+    if len(values) != 1:
+        reader.problems.add(f"parameter {name} has {'no value' if not values else 'two values'}", reader.place(element))
+        return []
+    value, place = values[0], reader.place(values[0])
+    kind = name_of(value)
+    if kind in REFUSED:
+        reader.problems.add(f"parameter {name}: type {kind} is not supported", place)
+        return []
+    reader.attributes(value, {"value", *{"Real": {"unit"}, "Enumeration": {"name"}}.get(family(kind), set())})
+    texts = _texts(reader, value, name, array=bool(shape))
+    if texts is None:
+        return []
+    if min(shape, default=1) < 1 or len(texts) != math.prod(shape):
+        sizes = " x ".join(map(str, shape)) or "1"
+        reader.problems.add(f"parameter {name} has {len(texts)} values where its size is {sizes}", place)
+        return []
+    type_ = canonical(kind)
+    for text in texts:
+        _check(reader, name, type_, text, enumerations.get(value.get("name", "")), place)
+    indices = [""] if not shape else [f"[{','.join(map(str, i))}]" for i in _indices(shape)]
+    return [Parameter(name, type_, t, value.get("unit"), place, i) for t, i in zip(texts, indices, strict=True)]
+
+
+def _indices(shape: list[int]) -> "itertools.product[tuple[int, ...]]":
+    return itertools.product(*(range(1, size + 1) for size in shape))
+
+
+def _texts(reader: Reader, value: Element, name: str, array: bool) -> list[str] | None:
+    """Return the written values: one, or those of an array in row-major order (SSP 2.0 section 6.2)."""
+    inner = [item.get("value") for item in reader.children(value, {"Value"})]
+    text = value.get("value")
+    if (text is None) == (not inner) or None in inner:
+        reader.problems.add(f"parameter {name} has no value or more than one", reader.place(value))
+        return None
+    if inner:
+        return [item for item in inner if item is not None]
+    assert text is not None
+    return text.split() if array and family(name_of(value)) not in ("String", "Enumeration") else [text]
+
+
+def _check(reader: Reader, name: str, type_: str, text: str, enumeration: Enumeration | None, place: Place) -> None:
+    """Report a value that the enumeration of the file lacks, or that an integer type cannot hold."""
+    if type_ == "Enumeration" and enumeration is not None and text not in dict(enumeration.items):
+        reader.problems.add(f"parameter {name} = {text!r} is no item of enumeration {enumeration.name}", place)
+    if family(type_) == "Integer":
+        low, high = limits(type_)
+        digits = text.strip().removeprefix("-").removeprefix("+")
+        if digits.isascii() and digits.isdigit() and not low <= (int(text) if len(digits) < 21 else 2**70) <= high:
+            reader.problems.add(f"parameter {name} = {text} is out of the range of {type_}", place)

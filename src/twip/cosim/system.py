@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from .archive import Workspace, unpack
 from .fmu import Fmu, Variable
 from .kept import NotKeptError, abandon, keep
+from .links import Conversion
 from .parameters import StartValue
 from .record import Channel, columns
 from .ssd import Experiment
+from .transformation import Mapping
 from .units import Affine
 
 
@@ -35,6 +37,27 @@ class Copy:
     conversion: Affine
     used_by: tuple[str, ...] = ()
     """Components whose step needs the value; empty for an output of a system, which is copied after all steps."""
+    mapping: Mapping | None = None
+    """Replaces the value by a table, in place of the conversion."""
+    label: str = ""
+    """Both ends, for messages."""
+
+    def inverse(self, value: float) -> float:
+        """Return the source that gives the destination `value`."""
+        return self.conversion.inverse(value) if self.mapping is None else self.mapping.inverse(value)
+
+
+@dataclass(frozen=True)
+class ParameterLink:
+    """A parameter that takes a value which another component calculates during initialization."""
+
+    component: str
+    variable: Variable
+    source: int
+    """Column of the recorded table."""
+    conversion: Conversion
+    label: str
+    """Both ends, for messages."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +84,7 @@ class System:
     copies: tuple[Copy, ...]
     """From component outputs and open connectors to component inputs and to the other connectors."""
     open_connectors: tuple[OpenConnector, ...]
+    parameter_links: tuple[ParameterLink, ...]
     experiment: Experiment
     mid_step: tuple[str, ...]
     """Inputs that the file wants taken at the middle of a step."""

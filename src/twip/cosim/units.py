@@ -87,11 +87,13 @@ def read_units(reader: Reader, parent: Element) -> dict[str, Unit]:
     if container is None:
         return units
     for element in reader.children(container, {"Unit"}):
+        reader.attributes(element, {"name"})
         name = reader.required(element, "name")
-        base = reader.child(element, "BaseUnit")
+        base = next(reader.children(element, {"BaseUnit"}), None)
         if base is None:
             reader.problems.add(f"unit {name} has no BaseUnit", reader.place(element))
             continue
+        reader.attributes(base, {*BASE_UNITS, "factor", "offset"})
         if name in units:
             reader.problems.add(f"unit {name} is defined twice", reader.place(element))
         powers = [reader.number(base, symbol, 0.0) or 0.0 for symbol in BASE_UNITS]

@@ -1,0 +1,46 @@
+"""The FMUs of a system's components, each file read once."""
+
+import pathlib
+from collections.abc import Mapping
+
+from .fmu import Fmu, read_fmu
+from .problems import Problems
+from .structure import FMU, ComponentElement
+
+
+def read_fmus(
+    components: Mapping[str, ComponentElement], swap: Mapping[str, pathlib.Path], problems: Problems
+) -> dict[str, Fmu | None]:
+    """Return the FMU of each component by dotted path, None where it is unusable; `swap` replaces some by others."""
+    for name in swap.keys() - components.keys():
+        problems.add(f"there is no component {name} to swap")
+    known: dict[pathlib.Path, Fmu | None] = {}
+    found: dict[str, Fmu | None] = {}
+    for path, element in components.items():
+        located = _locate(element, problems) if path not in swap else (swap[path].resolve(), str(swap[path]))
+        if located is None:
+            found[path] = None
+            continue
+        file, name = located
+        if file not in known:
+            known[file] = read_fmu(file, name, problems, element.place)
+        found[path] = known[file]
+    for path, element in components.items():
+        fmu = found[path]
+        if fmu is not None and fmu.only_once and sum(other is fmu for other in found.values()) > 1:
+            problems.add(f"FMU {fmu.name} allows one instance per process, {path} shares it", element.place)
+    return found
+
+
+def _locate(element: ComponentElement, problems: Problems) -> tuple[pathlib.Path, str] | None:
+    """Return the file of a component, and how messages call it."""
+    if not element.source or element.type != FMU:
+        return None  # reported where it was read
+    location = element.document.location
+    resolved = location.resolve(element.source, element.place, problems)
+    if resolved is None:
+        return None
+    if resolved[1]:
+        problems.add(f"source {element.source}: an FMU has no fragment", element.place)
+        return None
+    return resolved[0], location.beside(element.source)

@@ -1,0 +1,78 @@
+"""Applies all parameters and start values of a system in their order of precedence.
+
+Lowest first (SSP 1.0 section 5.2.3): bindings of components, of inner systems, of the outermost system (a later binding
+before an earlier one), connections from constants, parameter files of the caller in their order, start values of the
+caller.
+"""
+
+import pathlib
+from collections.abc import Mapping, Sequence
+
+from .bindings import fetch
+from .fmu import Fmu, file_fingerprint
+from .parameters import Assignments, Scope, Value
+from .problems import Problems
+from .ssv import read_parameter_file
+from .structure import Binding, ComponentElement, SystemElement, components_of, systems_of
+from .wiring import Wiring
+
+Sources = dict[str, dict[str, str]]
+
+
+def parametrize(
+    system: SystemElement,
+    fmus: Mapping[str, Fmu | None],
+    wiring: Wiring,
+    files: Sequence[pathlib.Path],
+    start_values: Mapping[str, Value],
+    sources: Sources,
+    problems: Problems,
+) -> Assignments:
+    """Return what every variable is set to; the files that values come from are entered in `sources`."""
+    usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
+    complete = len(usable) == len(fmus)
+    assignments = Assignments(usable, wiring, problems)
+    scopes: list[tuple[str, ComponentElement | SystemElement]] = [
+        (path, element) for path, element in components_of(system).items() if path in usable
+    ]
+    scopes += reversed(systems_of(system).items())  # inner systems before the ones around them
+    for path, element in scopes:
+        base = usable[path].path if path in usable else _folder(element)
+        for binding in element.bindings:
+            parameters, mapping, whole = fetch(binding, base, problems)
+            _note_files(binding, sources)
+            if parameters is not None and whole and complete:
+                scope = Scope(path, binding.prefix, binding.document.units)
+                assignments.apply_set(parameters, scope, mapping)
+    if not complete and (files or start_values):
+        problems.add("parameter files and start values were not checked against the FMUs that cannot be read")
+    if complete:
+        assignments.apply_constants()
+    for file in files:
+        given = read_parameter_file(file, file.name if file.is_file() else str(file), problems)
+        if given is not None:
+            sources[f"parameters {file.name}"] = {"file": str(file), "sha256": file_fingerprint(file)}
+            if complete:
+                assignments.apply_set(given, Scope("", "", {}, from_caller=True))
+    if complete:
+        assignments.apply_values(start_values)
+    if start_values:
+        sources["start values"] = {name: str(value) for name, value in start_values.items()}
+    assignments.check_connected()
+    assignments.check_ranges()
+    return assignments
+
+
+def _folder(element: ComponentElement | SystemElement) -> pathlib.Path | None:
+    """Return the folder of the description that a system comes from, if a component refers to it."""
+    return element.document.location.folder if element.source is not None else None
+
+
+def _note_files(binding: Binding, sources: Sources) -> None:
+    for outside in (binding.values, binding.mapping):
+        if outside is None or outside.source is None or outside.in_component:
+            continue
+        found = binding.document.location.resolve(outside.source, outside.place, Problems())
+        if found is not None and found[0].is_file():
+            name = binding.document.location.beside(outside.source)
+            sources[f"parameters {name}"] = {"file": outside.source, "sha256": file_fingerprint(found[0])}
