@@ -3,14 +3,17 @@
 import argparse
 from pathlib import Path
 
-from ..fmi.build import build_all
+from ..fmi.build import build_all, build_fmi3
+from ..fmi.interface import FMI_VERSIONS
 
 DESCRIPTION = """\
 examples:
   twip build
   twip build motor plant --out /tmp/robot
+  twip build --fmi 3
 
-Build the blocks' FMUs and the wired systems' SSPs, and print their paths."""
+Build the blocks' FMUs and the wired systems' SSPs, and print their paths; with --fmi 3 the blocks alone, in FMI 3.0, as
+fmus/<block>_fmi3.fmu."""
 
 
 def declare(parser: argparse.ArgumentParser) -> None:
@@ -24,10 +27,14 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="where fmus/ and ssp/ are written; default: the current folder",
     )
+    parser.add_argument(
+        "--fmi", choices=[v[0] for v in FMI_VERSIONS], default="2", help="major version of FMI; default: 2"
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Build, and return the exit status."""
-    build_all(arguments.out, arguments.blocks or None, print)
+    build = build_all if arguments.fmi == "2" else build_fmi3
+    build(arguments.out, arguments.blocks or None, print)
     return 0

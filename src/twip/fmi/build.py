@@ -22,21 +22,17 @@ LOOSE = (".ssv", ".csv", ".ssm")
 def build_all(
     output: Path, names: Iterable[str] | None = None, progress: Callable[[Path], None] | None = None
 ) -> list[Path]:
-    """Build `output/fmus/*.fmu` and `output/ssp/*.ssp` and return their paths.
+    """Build `output/fmus/*.fmu` and `output/ssp/*.ssp`, all in FMI 2.0, and return their paths.
 
     `names` limits the build to some blocks (default: all) and to the systems that contain them and have all their other
     FMUs in place. `progress` is called with each finished file. Outside the repository the loose parameter sets and
     inputs are copied too. The problems of all blocks are raised together as one TwipError.
     """
     root = source_root()
-    folders = block_folders(root)
-    chosen = sorted(folders) if names is None else list(dict.fromkeys(names))
-    unknown = [n for n in chosen if n not in folders]
-    if unknown:
-        raise TwipError(f"no block {', '.join(unknown)}; there are {', '.join(folders)}")
+    faces = _chosen(names)
+    chosen = list(faces)
     fmus, report = output / "fmus", progress or (lambda _: None)
-    jobs = [(folders[n] / f"{n}.py", fmus / f"{n}.fmu") for n in chosen]
-    built = build_blocks(jobs, report)
+    built = build_blocks([(face, fmus / f"{n}.fmu") for n, face in faces.items()], report)
     for name, folder in system_folders(root).items():
         needed = needed_fmus(folder)
         if names is None or (needed & set(chosen) and all((fmus / f"{n}.fmu").is_file() for n in needed)):
@@ -48,8 +44,29 @@ def build_all(
     return built
 
 
-def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None]) -> list[Path]:
-    """Build the FMU of each (face, output) in a process of its own, as many at a time as there are processors."""
+def build_fmi3(
+    output: Path, names: Iterable[str] | None = None, progress: Callable[[Path], None] | None = None
+) -> list[Path]:
+    """Build `output/fmus/<block>_fmi3.fmu`, the blocks in FMI 3.0, and return their paths; see `build_all`."""
+    jobs = [(face, output / "fmus" / f"{n}_fmi3.fmu") for n, face in _chosen(names).items()]
+    return build_blocks(jobs, progress or (lambda _: None), "3.0")
+
+
+def _chosen(names: Iterable[str] | None) -> dict[str, Path]:
+    """Return the faces of the named blocks, or of all; an unknown name raises TwipError."""
+    folders = block_folders(source_root())
+    chosen = sorted(folders) if names is None else list(dict.fromkeys(names))
+    unknown = [n for n in chosen if n not in folders]
+    if unknown:
+        raise TwipError(f"no block {', '.join(unknown)}; there are {', '.join(folders)}")
+    return {n: folders[n] / f"{n}.py" for n in chosen}
+
+
+def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None], version: str = "2.0") -> list[Path]:
+    """Build the FMU of each (face, output) in FMI `version`.
+
+    Each in a process of its own, as many at a time as there are processors.
+    """
     for folder in {output.parent for _, output in jobs}:
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -59,7 +76,9 @@ def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None]) 
             raise TwipError(f"{folder}: cannot be written: {error.strerror}") from None
     with ThreadPoolExecutor(max_workers=min(len(jobs), os.cpu_count() or 1) or 1) as pool:
         problems = []
-        for (_, output), problem in zip(jobs, pool.map(_build_block, jobs), strict=True):
+        for (_, output), problem in zip(
+            jobs, pool.map(lambda job: _build_block(job[0], job[1], version), jobs), strict=True
+        ):
             if problem:
                 problems.append(problem)
             else:
@@ -69,12 +88,11 @@ def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None]) 
     return [output for _, output in jobs]
 
 
-def _build_block(job: tuple[Path, Path]) -> str:
+def _build_block(face: Path, output: Path, version: str) -> str:
     """Build one FMU and return what went wrong, or nothing."""
-    face, output = job
     path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "twip.fmi.package", str(face.resolve()), str(output.resolve())]
+    command = [sys.executable, "-m", "twip.fmi.package", str(face.resolve()), str(output.resolve()), version]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if run.returncode == 0:
         return ""

@@ -9,16 +9,17 @@ from pathlib import Path
 _guarded: set[str] = set()
 
 
-def guard_exit(resources: str, model_identifier: str) -> None:
+def guard_exit(resources: str, binaries: str, model_identifier: str) -> None:
     """Let Python's exit release the interpreter state of the FMU's own library, once per library path.
 
     Without it the library's destructor may touch that state after it was destroyed, and the process aborts after its
-    work is done. `resources` is the unpacked resources folder. A library that is not loaded from beside it is left
+    work is done. `resources` is the unpacked resources folder, `binaries` the name of the
+    folder that holds the library. A library that is not loaded from beside it is left
     alone; so is any system but Linux, where alone this was seen.
     """
     if sys.platform != "linux":
         return
-    path = str(Path(resources).parent / "binaries" / "linux64" / f"{model_identifier}.so")
+    path = str(Path(resources).parent / "binaries" / binaries / f"{model_identifier}.so")
     if path in _guarded:
         return
     try:

@@ -21,19 +21,21 @@ KEPT_ERRORS = 20
 
 @dataclass
 class Message:
-    """One message, in the shape that pythonfmu's library reads."""
+    """One message, in the shape that the libraries of pythonfmu and pythonfmu3 read."""
 
     status: int
     category: str
     msg: str
+    debug: bool = False
 
 
 class Messages:
     """The messages of one instance; `queue` is the list that pythonfmu empties into the FMI log after each call."""
 
-    def __init__(self, queue: list[Any]) -> None:
+    def __init__(self, queue: list[Any], formats: bool) -> None:
         self.errors: list[str] = []
         self._queue = queue
+        self._per_cent = "%%" if formats else "%"
 
     def fail(self, error: str) -> None:
         """Log an error and keep it."""
@@ -42,6 +44,6 @@ class Messages:
         self.log(ERROR, error)
 
     def log(self, status: int, text: str) -> None:
-        """Log a message; the C side takes it as a format, so that per cent signs are doubled."""
-        clean = text.encode("utf-8", "replace").decode().replace("\0", " ").replace("%", "%%")
+        """Log a message; where the C side takes it as a format, per cent signs are doubled."""
+        clean = text.encode("utf-8", "replace").decode().replace("\0", " ").replace("%", self._per_cent)
         self._queue.append(Message(status, CATEGORY[status], clean))

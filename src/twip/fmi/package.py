@@ -1,4 +1,4 @@
-"""Builds the FMU of one block in this process: `python -m twip.fmi.package FACE.py OUTPUT.fmu`.
+"""Builds the FMU of one block in this process: `python -m twip.fmi.package FACE.py OUTPUT.fmu FMI_VERSION`.
 
 A process of its own for each block, because pythonfmu imports what it packs.
 """
@@ -11,8 +11,10 @@ import tempfile
 import tomllib
 import zipfile
 from pathlib import Path
+from typing import Any
 
-from pythonfmu import FmuBuilder
+import pythonfmu
+import pythonfmu3
 
 from ..errors import TwipError
 from .archive import write_archive
@@ -20,40 +22,54 @@ from .blocks import PACKAGE, load_block
 from .build import REFUSED
 from .declare import Block
 from .description import Origin, model_description
+from .interface import interface_of
 from .page import documentation_page
 from .rules import broken_declarations
 from .sources import carried_sources, fingerprint, guid, slave_sources
 
-UNNEEDED = ("resources/pythonfmu/csvbuilder.py", "resources/pythonfmu/deploy.py", "resources/pythonfmu/__main__.py")
-"""Files of pythonfmu that no FMU runs."""
+TOOLS = {"2.0": pythonfmu, "3.0": pythonfmu3}
+"""What makes an FMU of Python code, by version of FMI."""
+
+UNNEEDED = {
+    f"resources/{t.__name__}/{name}.py" for t in TOOLS.values() for name in ("csvbuilder", "deploy", "__main__")
+}
+"""Files of theirs that no FMU runs."""
 
 
-def package_block(face: Path, output: Path) -> None:
-    """Write the FMU of the block declared in `face` to `output`; a block that breaks a rule raises TwipError."""
+def package_block(face: Path, output: Path, version: str) -> None:
+    """Write the FMU of the block declared in `face` to `output` in FMI `version`.
+
+    A block that breaks a rule raises TwipError.
+    """
     block = load_block(face)
     problems = broken_declarations(block)
     if problems:
         raise TwipError("\n".join(problems))
     terms = licence()
-    origin = _origin(terms)
-    sources = carried_sources(face)
-    digest = fingerprint(sources, model_description(block, "", origin))
-    module, code = slave_sources(block, sources, digest)
+    tool = TOOLS[version].__name__
+    origin = origin_of(terms, tool)
+    interface = interface_of(block)
+    sources = carried_sources(face, version)
+    digest = fingerprint(sources, model_description(interface, version, "", origin))
+    module, code = slave_sources(block, version, sources, digest)
     readme = face.with_name("README.md")
     icon = face.with_name("model.png")
-    files = _packed_by_pythonfmu(block, module, code)
+    files = _packed(block, TOOLS[version].FmuBuilder, module, code)
     _try(block, module)
-    files["modelDescription.xml"] = model_description(block, guid(digest), origin)
+    files["modelDescription.xml"] = model_description(interface, version, guid(digest), origin)
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
-    files["documentation/index.html"] = documentation_page(block, text, guid(digest), origin)
-    files |= {f"documentation/licenses/{name}": content for name, content in _licences(terms).items()}
+    files["documentation/index.html"] = documentation_page(interface, version, text, guid(digest), origin)
+    files |= {f"documentation/licenses/{name}": content for name, content in _licences(terms, tool).items()}
     if icon.is_file():
         files["model.png"] = icon.read_bytes()
     write_archive(output, files, first="modelDescription.xml")
 
 
-def _packed_by_pythonfmu(block: Block, module: str, code: dict[str, bytes]) -> dict[str, bytes]:
-    """Let pythonfmu build the FMU of the code (path → content); return what it packed, without what is not needed."""
+def _packed(block: Block, builder: Any, module: str, code: dict[str, bytes]) -> dict[str, bytes]:
+    """Let the builder of pythonfmu or pythonfmu3 build the FMU of the code (path → content).
+
+    Returns what it packed, without what is not needed.
+    """
     with tempfile.TemporaryDirectory(prefix="twip_build_") as folder:
         stage = Path(folder) / "stage"
         for name, content in code.items():
@@ -61,9 +77,11 @@ def _packed_by_pythonfmu(block: Block, module: str, code: dict[str, bytes]) -> d
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
         package = next(name.split("/")[0] for name in code if "/" in name)
-        fmu = FmuBuilder.build_FMU(stage / f"{module}.py", Path(folder) / f"{block.name}.fmu", [stage / package])
-        with zipfile.ZipFile(fmu or Path(folder) / f"{block.name}.fmu") as archive:
-            return {n: archive.read(n) for n in archive.namelist() if n not in UNNEEDED and not n.endswith("/")}
+        (Path(folder) / "fmu").mkdir()
+        builder.build_FMU(stage / f"{module}.py", Path(folder) / "fmu", [stage / package])
+        with zipfile.ZipFile(Path(folder) / "fmu" / f"{block.name}.fmu") as archive:
+            names = (n for n in archive.namelist() if n not in UNNEEDED and not n.startswith("sources/"))
+            return {n: archive.read(n) for n in names if not n.endswith("/")}
 
 
 def _try(block: Block, module: str) -> None:
@@ -88,26 +106,31 @@ def licence() -> str:
     raise TwipError(f"no LICENSE in {PACKAGE} or {PACKAGE.parents[1]}: an FMU must carry the licence of its code")
 
 
-def _licences(terms: str) -> dict[str, bytes]:
-    distribution = importlib.metadata.distribution("pythonfmu")
-    theirs = [p for p in distribution.files or [] if p.name.startswith("LICENSE")]
+def licence_of(package: str) -> bytes:
+    """Return the text of an installed package's licence."""
+    theirs = [p for p in importlib.metadata.distribution(package).files or [] if p.name.startswith("LICENSE")]
     if not theirs:
-        raise TwipError("the installed pythonfmu comes without its licence text, which an FMU must carry")
+        raise TwipError(f"the installed {package} comes without its licence text, which an FMU must carry")
+    return theirs[0].read_text(encoding="utf-8").encode()
+
+
+def _licences(terms: str, tool: str) -> dict[str, bytes]:
     overview = (
         "This FMU holds\n\n"
         "- the block's own code (resources/_twip_*): see twip.txt\n"
-        f"- pythonfmu {distribution.version} (binaries, resources/pythonfmu): see pythonfmu.txt\n"
+        f"- {tool} {importlib.metadata.version(tool)} (binaries, resources/{tool}): see {tool}.txt\n"
     )
     return {
         "license.txt": overview.encode(),
         "twip.txt": terms.encode(),
-        "pythonfmu.txt": theirs[0].read_text(encoding="utf-8").encode(),
+        f"{tool}.txt": licence_of(tool),
     }
 
 
-def _origin(terms: str) -> Origin:
+def origin_of(terms: str, package: str) -> Origin:
+    """Return the origin of an FMU made with an installed package, under the licence `terms`."""
     holder = next(line.strip() for line in terms.splitlines() if line.startswith("Copyright"))
-    tool = f"twip, PythonFMU {importlib.metadata.version('pythonfmu')}"
+    tool = f"twip, {package} {importlib.metadata.version(package)}"
     return Origin(holder.split(maxsplit=3)[-1], _version(), terms.split(maxsplit=1)[0], holder, tool)
 
 
@@ -123,7 +146,7 @@ def main(arguments: list[str]) -> int:
     """Build one FMU; print what is wrong to the standard error and return `REFUSED` when it cannot be built."""
     logging.disable()
     try:
-        package_block(Path(arguments[0]), Path(arguments[1]))
+        package_block(Path(arguments[0]), Path(arguments[1]), arguments[2])
     except TwipError as error:
         print(error, file=sys.stderr)
         return REFUSED

@@ -4,9 +4,10 @@ from html import escape
 
 from markdown_it import MarkdownIt
 
-from .declare import Block, Variable
+from .declare import Variable
 from .description import Origin
-from .table import exposed, unit_of
+from .interface import Interface
+from .table import unit_of
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1c2733; max-width: 62rem; margin: 2rem auto; padding: 0 1.2rem; }
@@ -28,26 +29,26 @@ COLUMNS = {
 HEADINGS = (("input", "Inputs"), ("output", "Outputs"), ("parameter", "Parameters"), ("local", "Internal variables"))
 
 
-def documentation_page(block: Block, readme: str, guid: str, origin: Origin) -> bytes:
-    """Return a self-contained HTML page: the block's README, then its variables with units, start values, bounds."""
+def documentation_page(interface: Interface, version: str, readme: str, guid: str, origin: Origin) -> bytes:
+    """Return a self-contained HTML page: the README, then the variables with units, start values, bounds."""
     body = MarkdownIt("commonmark", {"html": False}).enable("table").render(readme)
     if not readme.lstrip().startswith("# "):
-        body = f"<h1>{escape(block.name)}</h1>\n<p>{escape(block.description)}</p>\n{body}"
+        body = f"<h1>{escape(interface.name)}</h1>\n<p>{escape(interface.description)}</p>\n{body}"
     tables = "\n".join(
-        _table(title, [v for v in exposed(block) if v.causality == causality]) for causality, title in HEADINGS
+        _table(title, [v for v in interface.variables if v.causality == causality]) for causality, title in HEADINGS
     )
     facts = " · ".join(
         (
             f"twip {origin.version}",
             origin.tool,
-            "FMI 2.0 co-simulation",
+            f"FMI {version} co-simulation",
             f"GUID {guid}",
             origin.copyright,
             origin.license,
         )
     )
     return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(block.name)}</title>\n'
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(interface.name)}</title>\n'
         f"<style>{STYLE}</style>\n</head>\n<body>\n{body}\n{tables}\n<footer>{escape(facts)}</footer>\n</body>\n</html>\n"
     ).encode()
 

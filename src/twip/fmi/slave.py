@@ -1,4 +1,4 @@
-"""Runs a block behind pythonfmu: values, modes, errors and state of one FMU instance.
+"""Runs a block behind pythonfmu or pythonfmu3: values, modes, errors and state of one FMU instance.
 
 pythonfmu has no way to return an error from a setter or from initialization, and turns an exception into a status after
 which the instance must not be touched. So nothing here raises: a mistake is logged and kept, and every step fails until
@@ -10,8 +10,6 @@ import traceback
 from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Any, ClassVar
-
-from pythonfmu import Fmi2Slave
 
 from ..robot.kernel import ENTERED, NOT_FINITE, OPEN, WAITING
 from .declare import Block
@@ -25,16 +23,25 @@ INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = range(4)
 """Modes of an instance (FMI 2.0.4, section 4.2.4)."""
 
 
-class BlockSlave(Fmi2Slave):  # type: ignore[misc]
-    """One instance of a block. A subclass names the `block` and the `fingerprint` of its sources."""
+class BlockSlave:
+    """One instance of a block, for a class of pythonfmu to be mixed in.
 
+    A subclass names the folder of its `binaries` and whether its log takes C formats; one of that, the `block` and the
+    `fingerprint` of its sources.
+    """
+
+    binaries: ClassVar[str]
+    logs_formats: ClassVar[bool]
     block: ClassVar[Block]
     fingerprint: ClassVar[str]
     log_categories = LOG_CATEGORIES
     _table: ClassVar[Table]
+    log_queue: list[Any]
+    resources: str | None
 
     def __init_subclass__(cls) -> None:
-        cls._table = Table(cls.block)
+        if "block" in vars(cls):
+            cls._table = Table(cls.block)
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -44,7 +51,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
         self._advance = self._block.advance
         self._mode = INSTANTIATED
         self._start_time = 0.0
-        self._messages = Messages(self.log_queue)
+        self._messages = Messages(self.log_queue, self.logs_formats)
         self._failure = ""  # traceback of the latest initialization
         self._stale = True  # initialization must run before outputs are read
         self._gate = self._block.gate
@@ -57,7 +64,7 @@ class BlockSlave(Fmi2Slave):  # type: ignore[misc]
             tuple[int, ...], Callable[[Sequence[float]], bool]
         ] = {}  # while stepping: inputs set together
         if self.resources:
-            guard_exit(self.resources, self.block.name)
+            guard_exit(self.resources, self.binaries, self.block.name)
             while sys.path.count(self.resources) > 1:  # pythonfmu adds it again for every instance
                 sys.path.remove(self.resources)
 

@@ -9,23 +9,27 @@ from ..errors import TwipError
 from .blocks import PACKAGE
 from .declare import Block
 
-ROOTS = ("fmi/slave.py",)
-"""Modules of `twip` that every FMU carries, with all that they import."""
+ROOTS = {"2.0": "fmi/slave_fmi2.py", "3.0": "fmi/slave_fmi3.py"}
+"""The module of `twip` that every FMU carries, with all that it imports, by version of FMI."""
 
-FOREIGN = {"fmi/slave.py": {"pythonfmu"}, "robot/kernel.py": {"numba", "numpy"}}
+FOREIGN = {
+    "fmi/slave_fmi2.py": {"pythonfmu"},
+    "fmi/slave_fmi3.py": {"pythonfmu3"},
+    "robot/kernel.py": {"numba", "numpy"},
+}
 """What carried modules may import besides the standard library and each other."""
 
 FACE_MAY_IMPORT = ("twip.robot", "twip.fmi.declare")
 
 
-def carried_sources(face: Path) -> dict[str, bytes]:
-    """Return path → content of everything a block runs on, with the face as `face.py`.
+def carried_sources(face: Path, version: str) -> dict[str, bytes]:
+    """Return path → content of everything a block runs on in FMI `version`, with the face as `face.py`.
 
     Paths are relative to the FMU's own package. Raises TwipError when a module imports what an FMU does not carry.
     """
     text = face.read_text(encoding="utf-8")
     sources = {"face.py": rerooted(text, face).encode()}
-    waiting = [*ROOTS, *_imported(ast.parse(text), "", face)]
+    waiting = [ROOTS[version], *_imported(ast.parse(text), "", face)]
     while waiting:
         path = waiting.pop()
         if path not in sources:
@@ -108,28 +112,37 @@ def guid(digest: str) -> str:
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
 
-def slave_sources(block: Block, sources: dict[str, bytes], digest: str) -> tuple[str, dict[str, bytes]]:
-    """Return the name of pythonfmu's slave module, and path → content of the FMU's code under names unique to it.
+def slave_sources(block: Block, version: str, sources: dict[str, bytes], digest: str) -> tuple[str, dict[str, bytes]]:
+    """Return the name of the slave module, and path → content of the FMU's code under names unique to it.
 
     pythonfmu imports the slave module, runs its text again for every instance and each time drops one reference too
     many to the module's globals. So the module only imports the class, and hands its globals to a list that lasts.
+    pythonfmu3 imports the module only, and looks for the text of a class that names `Fmi3Slave` as its base.
     """
     short = digest[:12]
     package, module = f"_twip_{short}", f"twip_slave_{short}"
     name = "".join(part.capitalize() for part in block.name.split("_"))
+    base = {"2.0": "BlockSlave2", "3.0": "BlockSlave3"}[version]
     init = f'"""Everything that block {block.name} runs on; the name holds the fingerprint of the content."""\n'
-    model = (
-        f'"""Block {block.name}, bound to the code it was built from."""\n\n'
-        "from .face import BLOCK\nfrom .fmi.slave import BlockSlave\n\n"
+    kept = (
         "KEPT: list[dict[str, object]] = []\n"
         '"""Globals of the slave module, once per instance: pythonfmu drops one reference too many each time."""\n\n\n'
-        f'class {name}(BlockSlave):\n    """One instance of block {block.name}."""\n\n'
+    )
+    model = (
+        f'"""Block {block.name}, bound to the code it was built from."""\n\n'
+        f"from .face import BLOCK\nfrom .fmi.{Path(ROOTS[version]).stem} import {base}\n\n"
+        f"{kept if version == '2.0' else ''}"
+        f'class {name}({base}):\n    """One instance of block {block.name}."""\n\n'
         f'    block = BLOCK\n    fingerprint = "{short}"\n'
     )
-    slave = (
-        f'"""Where pythonfmu enters block {block.name}."""\n\n'
-        f"from {package}.model import KEPT, {name}\n\nKEPT.append(globals())\n"
-    )
+    slave = f'"""Where {"pythonfmu" if version == "2.0" else "pythonfmu3"} enters block {block.name}."""\n\n'
+    if version == "2.0":
+        slave += f"from {package}.model import KEPT, {name}\n\nKEPT.append(globals())\n"
+    else:
+        slave += (
+            f"from pythonfmu3 import Fmi3Slave\n\nfrom {package}.model import {name} as Model\n\n\n"
+            f'class {name}(Model, Fmi3Slave):\n    """One instance of block {block.name}."""\n'
+        )
     files = {f"{package}/{path}": content for path, content in sources.items()}
     files |= {f"{package}/__init__.py": init.encode(), f"{package}/model.py": model.encode()}
     return module, {**files, f"{module}.py": slave.encode()}
