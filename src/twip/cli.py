@@ -18,6 +18,7 @@ COMMANDS = {
     "build": "build the FMUs and SSPs",
     "run": "run a system of FMUs",
     "report": "make an HTML file of a log: the moving robot, plots, metrics",
+    "container": "pack a system of FMUs into one FMU",
     "parameters": "list a system's parameters",
     "identify": "friction and inertia of a motor from bench data",
     "paper": "run the paper's experiments and check its claims",

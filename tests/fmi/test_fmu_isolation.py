@@ -95,7 +95,7 @@ def test_two_versions_of_what_blocks_share_side_by_side(loaded, tmp_path):
     assert "must be finite" in text
     slave.write_text(text.replace("must be finite", "is no number"), encoding="utf-8")
     face = OWN / "walker" / "walker.py"
-    command = [sys.executable, "-m", "twip.fmi.package", str(face), str(tmp_path / "walker.fmu")]
+    command = [sys.executable, "-m", "twip.fmi.package", str(face), str(tmp_path / "walker.fmu"), "2.0"]
     subprocess.run(command, env={**os.environ, "PYTHONPATH": str(project / "src")}, check=True)
     ours, theirs = Instance(loaded("walker")).begin(), Instance(Fmu(tmp_path / "walker.fmu", tmp_path / "fmu")).begin()
     for one, words in ((ours, "pull = nan m must be finite"), (theirs, "pull = nan m is no number"), (ours, "pull")):

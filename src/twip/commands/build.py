@@ -3,8 +3,14 @@
 import argparse
 from pathlib import Path
 
+from ..cosim import load
 from ..fmi.build import build_all, build_fmi3
 from ..fmi.interface import FMI_VERSIONS
+from ..lab.container import pack
+from .container import default_name
+
+ROBOT = "twip"
+"""The system that also becomes one FMU."""
 
 DESCRIPTION = """\
 examples:
@@ -12,7 +18,8 @@ examples:
   twip build motor plant --out /tmp/robot
   twip build --fmi 3
 
-Build the blocks' FMUs and the wired systems' SSPs, and print their paths; with --fmi 3 the blocks alone, in FMI 3.0, as
+Build the blocks' FMUs, the wired systems' SSPs and the whole robot as one FMU (fmus/twip.fmu in FMI 2.0,
+fmus/twip_fmi3.fmu in FMI 3.0), and print their paths; with --fmi 3 the blocks alone, in FMI 3.0, as
 fmus/<block>_fmi3.fmu."""
 
 
@@ -35,6 +42,21 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Build, and return the exit status."""
-    build = build_all if arguments.fmi == "2" else build_fmi3
-    build(arguments.out, arguments.blocks or None, print)
+    if arguments.fmi == "3":
+        build_fmi3(arguments.out, arguments.blocks or None, print)
+        return 0
+    built = build_all(arguments.out, arguments.blocks or None, print)
+    for path in built_containers(arguments.out, built):
+        print(path)
     return 0
+
+
+def built_containers(output: Path, built: list[Path]) -> list[Path]:
+    """Build the whole robot as one FMU in each version of FMI if its SSP is among what is `built`; return the paths."""
+    paths = [output / "fmus" / default_name(ROBOT, version) for version in FMI_VERSIONS]
+    if output / "ssp" / f"{ROBOT}.ssp" not in built:
+        return []
+    with load(output / "ssp" / f"{ROBOT}.ssp") as system:
+        for version, path in zip(FMI_VERSIONS, paths, strict=True):
+            pack(system, version, path)
+    return paths

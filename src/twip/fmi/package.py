@@ -8,7 +8,6 @@ import importlib.metadata
 import logging
 import sys
 import tempfile
-import tomllib
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -18,11 +17,12 @@ import pythonfmu3
 
 from ..errors import TwipError
 from .archive import write_archive
-from .blocks import PACKAGE, load_block
+from .blocks import load_block
 from .build import REFUSED
 from .declare import Block
-from .description import Origin, model_description
+from .description import model_description
 from .interface import interface_of
+from .origin import licence, licence_of, origin_of
 from .page import documentation_page
 from .rules import broken_declarations
 from .sources import carried_sources, fingerprint, guid, slave_sources
@@ -98,22 +98,6 @@ def _try(block: Block, module: str) -> None:
         raise TwipError("\n".join(f"block {block.name} with its start values: {m}" for m in messages))
 
 
-def licence() -> str:
-    """Return the text of this project's licence."""
-    for path in (PACKAGE / "LICENSE", PACKAGE.parents[1] / "LICENSE"):
-        if path.is_file():
-            return path.read_text(encoding="utf-8")
-    raise TwipError(f"no LICENSE in {PACKAGE} or {PACKAGE.parents[1]}: an FMU must carry the licence of its code")
-
-
-def licence_of(package: str) -> bytes:
-    """Return the text of an installed package's licence."""
-    theirs = [p for p in importlib.metadata.distribution(package).files or [] if p.name.startswith("LICENSE")]
-    if not theirs:
-        raise TwipError(f"the installed {package} comes without its licence text, which an FMU must carry")
-    return theirs[0].read_text(encoding="utf-8").encode()
-
-
 def _licences(terms: str, tool: str) -> dict[str, bytes]:
     overview = (
         "This FMU holds\n\n"
@@ -125,21 +109,6 @@ def _licences(terms: str, tool: str) -> dict[str, bytes]:
         "twip.txt": terms.encode(),
         f"{tool}.txt": licence_of(tool),
     }
-
-
-def origin_of(terms: str, package: str) -> Origin:
-    """Return the origin of an FMU made with an installed package, under the licence `terms`."""
-    holder = next(line.strip() for line in terms.splitlines() if line.startswith("Copyright"))
-    tool = f"twip, {package} {importlib.metadata.version(package)}"
-    return Origin(holder.split(maxsplit=3)[-1], _version(), terms.split(maxsplit=1)[0], holder, tool)
-
-
-def _version() -> str:
-    """Return the version of this project: from a checkout's pyproject.toml, else of the installed package."""
-    project = PACKAGE.parents[1] / "pyproject.toml"
-    if PACKAGE.parent.name == "src" and project.is_file():
-        return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
-    return importlib.metadata.version("twip")
 
 
 def main(arguments: list[str]) -> int:

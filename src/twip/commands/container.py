@@ -1,0 +1,72 @@
+"""`twip container`: a whole system as one FMU."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from ..cosim import load
+from ..fmi.interface import FMI_VERSIONS
+from ..lab.container import pack
+from .paths import refuse_clashes
+from .run import pairs
+from .terminal import print_rows
+
+DESCRIPTION = """\
+examples:
+  twip container ssp/twip.ssp
+  twip container ssp/twip.ssp --fmi 3 --output-file robot.fmu
+  twip container ssp/twip.ssp --parameters ssp/parameters/pid.ssv --start-values plant.pitch_start 0.3
+
+Pack a system of FMUs into one FMU that any FMI tool can run. Outputs, open inputs and parameters are named
+component.variable. What the container does otherwise than the system is told; what it cannot do is an error."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument("ssp", help=".ssp archive, unpacked folder or .ssd file")
+    parser.add_argument(
+        "--fmi", choices=[v[0] for v in FMI_VERSIONS], default="2", help="major version of FMI; default: 2"
+    )
+    parser.add_argument(
+        "--output-file", type=Path, metavar="FILE.fmu", help="default: <system>.fmu, with --fmi 3 <system>_fmi3.fmu"
+    )
+    parser.add_argument(
+        "--step-size",
+        type=float,
+        metavar="S",
+        help="step of the inside in s; default: the system's, else the smallest of its FMUs",
+    )
+    parser.add_argument(
+        "--start-values",
+        nargs="+",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="start values of component.variable, in the variable's unit; default: the system's",
+    )
+    parser.add_argument(
+        "--parameters",
+        nargs="+",
+        default=[],
+        metavar="FILE.ssv",
+        help="parameter sets with names component.variable, a later one wins; default: none",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Pack the system, and return the exit status."""
+    version = next(v for v in FMI_VERSIONS if v.startswith(arguments.fmi))
+    output = arguments.output_file or Path(default_name(Path(arguments.ssp).stem, version))
+    reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
+    refuse_clashes(reads, {"--output-file": output})
+    with load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
+        for difference in pack(system, version, output, arguments.step_size):
+            print(f"twip: not as in the system: {difference}", file=sys.stderr)
+    print_rows(("container", output))
+    return 0
+
+
+def default_name(system: str, version: str) -> str:
+    """Return the name of a system's container in an FMI version."""
+    return f"{system}.fmu" if version == "2.0" else f"{system}_fmi3.fmu"
