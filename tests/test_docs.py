@@ -33,3 +33,16 @@ def test_files_that_the_readme_names_exist():
         assert (ROOT / folder).is_dir(), folder
     for path in re.findall(r"ssp/(?:parameters|inputs|scenarios)/\w+\.\w+", README):
         assert (ROOT / path).is_file(), path
+
+
+def test_the_python_examples_run(built, tmp_path, monkeypatch):
+    (tmp_path / "ssp").symlink_to(built / "ssp")
+    monkeypatch.chdir(tmp_path)
+    for path in (ROOT / "README.md", ROOT / "docs" / "python.md"):
+        code = "\n".join(
+            re.findall(r"^```python\n(.*?)^```$", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+        )
+        assert "simulate(" in code
+        names: dict[str, object] = {}
+        exec(compile(code, path.name, "exec"), names)
+        assert names["result"].time in (0.5, 5.0)

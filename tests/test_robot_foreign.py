@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import load, simulate
 from twip.cosim.log import McapLog
 
 pytestmark = pytest.mark.foreign
@@ -75,10 +75,9 @@ def test_checkers_find_nothing_in_the_robots_log(built, tmp_path):
 def ours(built):
     """Our pitch under Jacobi, the coupling of both other masters, at `TIMES`, and the value reference of the pitch."""
     with load(built / "ssp" / "twip.ssp") as system:
-        table = Table(system.channels)
-        simulate(system, stop_time=TIMES[-1], coupling="jacobi", sinks=[table])
+        result = simulate(system, stop_time=TIMES[-1], coupling="jacobi")
         reference = next(c for c in system.components if c.name == "plant").fmu.variables["pitch"].reference
-    return [table["plant.pitch"][round(t * 1000)] for t in TIMES], reference
+    return [result["plant.pitch"][round(t * 1000)] for t in TIMES], reference
 
 
 def run(script, *arguments):

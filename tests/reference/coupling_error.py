@@ -18,7 +18,7 @@ from lxml import etree
 from monolithic import SAMPLE_TIME, Scenario, Solution, solve
 from monolithic_events import PITCH
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Result, load, simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 STORED = Path(__file__).with_name("coupling_error.csv")
@@ -82,7 +82,7 @@ def true_state_robot(built: Path, folder: Path) -> Path:
 
 def cosimulate(
     robot: Path, scenario: Scenario, scheme: Scheme, step_size: float, inner_step: float | None = None
-) -> Table:
+) -> Result:
     """Run a scenario with the built FMUs; `inner_step` [s] replaces the plant's own."""
     values = {
         "plant.hold_time": 0.0,
@@ -102,12 +102,10 @@ def cosimulate(
         inputs = robot / "inputs.csv"
         inputs.write_text(series(scenario), encoding="utf-8")
     with load(robot, start_values=values) as system:
-        table = Table(system.channels)
-        simulate(
-            system, sinks=[table], stop_time=scenario.duration, step_size=step_size, input_file=inputs,
+        return simulate(
+            system, stop_time=scenario.duration, step_size=step_size, input_file=inputs,
             coupling=scheme.coupling, mid_step=scheme.mid_step,
         )  # fmt: skip
-    return table
 
 
 def series(scenario: Scenario) -> str:

@@ -1,6 +1,7 @@
 """What a run leaves behind: a summary, a table in memory, a CSV file."""
 
 import csv
+import difflib
 import io
 import os
 from collections.abc import Sequence
@@ -16,44 +17,15 @@ from .pace import RealTime
 from .record import Channel, columns
 from .sole_file import InUseError, SoleFile
 
-
-@dataclass(frozen=True)
-class Result:
-    """Summary of a run."""
-
-    steps: int
-    """Finished steps of this run; the sinks hold one row more, that of the time where it began."""
-    start_time: float
-    """Simulated time where this run began: the start time, or the time of the checkpoint that it resumed, in s."""
-    time: float
-    """Simulated time reached, in s."""
-    step_size: float
-    coupling: str
-    wall_time: float
-    """Time spent stepping and recording, in s."""
-    setup_time: float
-    """Time spent unpacking, instantiating, compiling and initializing, in s."""
-    interrupted: bool
-    """Whether a signal ended the run before its stop time."""
-    values: dict[str, float]
-    """The last row by column name."""
-    warnings: tuple[str, ...] = ()
-    checkpoint: Path | None = None
-    """File that holds the state at the end, if one was asked for."""
-    signal: int | None = None
-    """Number of the signal that ended an interrupted run."""
-    real_time: RealTime | None = None
-    """Kept and missed deadlines of a run in real time."""
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated time over wall time."""
-        return (self.time - self.start_time) / self.wall_time if self.wall_time > 0.0 else float("inf")
+_DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?"}
 
 
 @dataclass
 class Table:
-    """A sink that keeps everything in memory: `table["plant.pitch"]` is an array over `table.times`."""
+    """A sink that keeps everything in memory: `table["plant.pitch"]` is an array over `table.times`.
+
+    A run without sinks keeps one in its result; a table of one's own also survives a run that fails.
+    """
 
     channels: Sequence[Channel]
     events: list[Message] = field(default_factory=list)
@@ -88,11 +60,82 @@ class Table:
         """All rows, (rows, columns)."""
         return np.concatenate([np.zeros((0, len(self.columns))), *self._rows])
 
+    def to_numpy(self) -> NDArray[np.void]:
+        """Return a structured array (rows,) with the field `time` in s and one per column, of the variable's type."""
+        signals = [signal for channel in self.channels for signal in channel.signals]
+        kinds = [(name, _DTYPES[signal.type]) for name, signal in zip(self.columns, signals, strict=True)]
+        values, array = self.values, np.empty(len(self.times), np.dtype([("time", "f8"), *kinds]))
+        array["time"] = self.times
+        for i, (name, _) in enumerate(kinds):
+            array[name] = values[:, i]
+        return array
+
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         if name not in self._index:
-            raise TwipError(f"there is no column {name}")
+            near = difflib.get_close_matches(name, self.columns, 3)
+            raise TwipError(f"there is no column {name}" + (f"; near: {', '.join(near)}" if near else ""))
         i = self._index[name]
         return np.concatenate([np.zeros(0), *(rows[:, i] for rows in self._rows)])
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run did, and all its rows if they went nowhere else: `result["plant.pitch"]` over `result.times`."""
+
+    steps: int
+    """Finished steps of this run; the sinks hold one row more, that of the time where it began."""
+    start_time: float
+    """Simulated time where this run began: the start time, or the time of the checkpoint that it resumed, in s."""
+    time: float
+    """Simulated time reached, in s."""
+    step_size: float
+    coupling: str
+    wall_time: float
+    """Time spent stepping and recording, in s."""
+    setup_time: float
+    """Time spent unpacking, instantiating, compiling and initializing, in s."""
+    interrupted: bool
+    """Whether a signal ended the run before its stop time."""
+    values: dict[str, float]
+    """The last row by column name."""
+    warnings: tuple[str, ...] = ()
+    checkpoint: Path | None = None
+    """File that holds the state at the end, if one was asked for."""
+    signal: int | None = None
+    """Number of the signal that ended an interrupted run."""
+    real_time: RealTime | None = None
+    """Kept and missed deadlines of a run in real time."""
+    table: Table | None = field(default=None, repr=False)
+    """All rows and events of a run that was given no sinks."""
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time over wall time."""
+        return (self.time - self.start_time) / self.wall_time if self.wall_time > 0.0 else float("inf")
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the rows in s, (rows,); raises `TwipError` when the rows went to sinks."""
+        return self._kept.times
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """Return the values of `component.variable`, (rows,)."""
+        return self._kept[name]
+
+    @property
+    def events(self) -> list[Message]:
+        """Messages of the components and of the master."""
+        return self._kept.events
+
+    def to_numpy(self) -> NDArray[np.void]:
+        """Return all rows as a structured array; see `Table.to_numpy`."""
+        return self._kept.to_numpy()
+
+    @property
+    def _kept(self) -> Table:
+        if self.table is None:
+            raise TwipError("the rows of this run went to its sinks, the result does not hold them")
+        return self.table
 
 
 class CsvSink:

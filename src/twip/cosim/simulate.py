@@ -1,6 +1,7 @@
 """Runs a checked system from start to stop and hands what happens to the sinks."""
 
 import contextlib
+import dataclasses
 import os
 import pathlib
 from collections.abc import Callable, Sequence
@@ -17,7 +18,7 @@ from .loop import PythonLoop
 from .pace import Pacer
 from .problems import Problems
 from .record import Sink
-from .results import Result
+from .results import Result, Table
 from .run import LoopKind, Run
 from .scenario_file import read_scenario
 from .system import System
@@ -36,7 +37,7 @@ def simulate(
     mid_step: Sequence[str] | None = None,
     input_file: str | os.PathLike[str] | None = None,
     scenario: str | os.PathLike[str] | None = None,
-    sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] = (),
+    sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] | None = None,
     progress: Callable[[float], None] | None = None,
     notice: Callable[[str], None] | None = None,
     loop: str | None = None,
@@ -52,7 +53,8 @@ def simulate(
     `coupling` leaves the description's mid-step inputs aside. `input_file` is a CSV file that drives open inputs,
     `scenario` a TOML file with time series, parameter changes and faults (docs/scenarios.md). The `sinks`, or what they
     return when they are a function of the time grid, called after all checks, get row 0 (the values at the start time),
-    then the row of each finished step, and are closed in the end, however it comes. `progress` is called with the
+    then the row of each finished step, and are closed in the end, however it comes; without sinks the result keeps all
+    rows in memory. `progress` is called with the
     simulated time after each chunk, `notice` with a sentence before something that takes a while. `loop` is `compiled`
     (the default where numba is installed) or `python`; the results are the same. Ctrl-C (as SIGTERM and SIGHUP) ends
     the run between two steps; the result says so.
@@ -69,7 +71,8 @@ def simulate(
     interrupted = InterruptFlag()
     with contextlib.ExitStack() as closing:
         closing.push(interrupted)  # entered below; left when all sinks are closed
-        given = () if callable(sinks) else sinks
+        table = Table(system.channels) if sinks is None else None
+        given = () if callable(sinks) else [table] if table is not None else sinks or ()
         for sink in given:
             closing.callback(_close, sink)
         kind = _choose_loop(loop)
@@ -93,7 +96,7 @@ def simulate(
             given = sinks(grid)
             for sink in given:
                 closing.callback(_close, sink)
-        return Run(
+        result = Run(
             system=system,
             grid=grid,
             coupling=plan,
@@ -107,6 +110,7 @@ def simulate(
             progress=progress or _ignore,
             notice=notice or _ignore,
         ).execute()
+    return dataclasses.replace(result, table=table)
 
 
 def _choose_loop(name: str | None) -> LoopKind:

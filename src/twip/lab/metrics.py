@@ -35,7 +35,7 @@ REQUIRED = (
 
 
 class Record(Protocol):
-    """A `Playback` or a `Table`."""
+    """A `Playback`, a `Result` or a `Table`."""
 
     @property
     def times(self) -> NDArray[np.float64]:

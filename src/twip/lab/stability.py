@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cosim.load import load
-from ..cosim.results import Table
+from ..cosim.results import Result
 from ..cosim.simulate import simulate
 from ..robot.parameters import value
 
@@ -111,15 +111,13 @@ class Trial:
         return self.epsilon > self.disturbance
 
 
-def run(ssp: Path, start_values: dict[str, float | bool], stop_time: float) -> Table:
+def run(ssp: Path, start_values: dict[str, float | bool], stop_time: float) -> Result:
     """Return what the robot at `ssp` does with other start values until `stop_time` s."""
     with load(ssp, start_values=start_values) as system:
-        table = Table(system.channels)
-        simulate(system, stop_time=stop_time, sinks=[table])
-    return table
+        return simulate(system, stop_time=stop_time)
 
 
-def disturbance(table: Table, loop: Loop, epsilon: float) -> NDArray[np.float64]:
+def disturbance(table: Result, loop: Loop, epsilon: float) -> NDArray[np.float64]:
     """Return c Delta = s' + epsilon sat(s/Phi) in rad/s2, (rows,), from the release to the end or the fall.
 
     s' comes from the robot's true rates and accelerations, s is the surface that the controller saw: sampling, the

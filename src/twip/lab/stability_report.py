@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch, Rectangle
 
-from ..cosim.results import Table
+from ..cosim.results import Result
 from ..fmi.build import build_all
 from ..robot.parameters import value
 from .drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, label, legend, picture
@@ -68,7 +68,7 @@ def map_picture(found: Study, path: Path) -> None:
         axes[0, 0].figure.legend(handles=patches, loc="outside lower center", ncols=2)
 
 
-def drift_picture(runs: Sequence[tuple[str, Table]], path: Path) -> None:
+def drift_picture(runs: Sequence[tuple[str, Result]], path: Path) -> None:
     """Draw pitch and speed of the long runs as a PNG at `path`; raises TwipError when it cannot be written."""
     with picture(path, "The conditions keep the pitch, not the wheels", (2.4, 2.6)) as (pitch, speed):
         for (title, table), colour in zip(runs, COLOURS, strict=True):

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cosim.load import load
-from ...cosim.results import Table
 from ...cosim.simulate import simulate
 
 Array = NDArray[np.float64]
@@ -96,13 +95,10 @@ class Laboratory:
         files = [self.built / "ssp" / "parameters" / f"{name}.ssv" for name in experiment.parameters]
         values: dict[str, float | int] = {"imu.seed": seed, **experiment.start_values}
         with load(self.built / "ssp" / "twip.ssp", parameters=files, start_values=values) as system:
-            table = Table(system.channels)
-            result = simulate(
-                system, stop_time=experiment.stop_time, input_file=self._input(experiment.inputs), sinks=[table]
-            )
+            result = simulate(system, stop_time=experiment.stop_time, input_file=self._input(experiment.inputs))
         if result.interrupted:
             raise KeyboardInterrupt
-        return Run(table.times, {name: table[name] for name in KEPT})
+        return Run(result.times, {name: result[name] for name in KEPT})
 
     def runs(self, experiment: Experiment, seeds: int | None = None) -> list[Run]:
         """Repeat an experiment with the seeds 1, 2, …; `seeds` of them, or as many as the laboratory has if fewer."""
