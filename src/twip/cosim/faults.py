@@ -151,7 +151,11 @@ def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
     first = np.cumsum([0, *lengths], dtype=np.int32)
     repeated: dict[str, Any] = {name: np.repeat(getattr(schedule, name), lengths) for name in _PER_COPY}
     columns, stages = schedule.columns + 2 * len(failing), first[schedule.stage_copies]
-    plan = dataclasses.replace(schedule, columns=columns, stage_copies=stages, **repeated)
+    labels = tuple(label for label, length in zip(schedule.labels, lengths, strict=True) for _ in range(length))
+    mappings = {int(first[copy]): mapping for copy, mapping in schedule.mappings.items()}
+    plan = dataclasses.replace(
+        schedule, columns=columns, stage_copies=stages, labels=labels, mappings=mappings, **repeated
+    )
     for at, end in zip(first.tolist(), ends, strict=False):
         chain = chains.get(end, [])
         for copy, item in enumerate(chain, at + 1):
