@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import c_fmu
 import pytest
 
 HERE = Path(__file__).parent
@@ -41,4 +42,17 @@ def folder(fmus, tmp_path) -> Path:
     """An own folder for a test, with the FMUs in it."""
     for fmu in fmus.glob("*.fmu"):
         os.link(fmu, tmp_path / fmu.name)
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def faulty(tmp_path_factory) -> Path:
+    """The FMU that misbehaves on demand, see `c_fmu`."""
+    return c_fmu.build(tmp_path_factory.mktemp("faulty"))
+
+
+@pytest.fixture
+def faulty_folder(faulty, tmp_path) -> Path:
+    """An own folder for a test, with `faulty.fmu` in it."""
+    os.link(faulty, tmp_path / faulty.name)
     return tmp_path

@@ -44,7 +44,8 @@ def run(path, fault, at=0.5, **options):
     [
         ("raise", "bad failed at t = 0.5 s: fmi2DoStep returned fatal: Fatal py exception encountered: [doStep]"
          " PyObject_CallMethod ValueError('the belt broke')", "fatal"),
-        ("discard", "bad failed at t = 0.5 s: fmi2DoStep returned discard: the belt slipped by 3 mm", "error"),
+        ("discard", "bad failed at t = 0.5 s: fmi2DoStep returned discard (computed until t = 0.5 s):"
+         " the belt slipped by 3 mm", "error"),
         ("nan", "bad failed at t = 0.6 s: fmi2GetReal gave y = nan, which is not finite", "error"),
     ],
 )  # fmt: skip

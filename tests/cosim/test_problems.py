@@ -239,20 +239,6 @@ def test_one_dotted_name_for_two_elements(folder):
     assert f"a.b is the name of two elements (SystemStructure.ssd line {line})" in check(path)
 
 
-def test_an_fmu_that_allows_one_instance_only(folder):
-    with zipfile.ZipFile(folder / GAIN) as archive, zipfile.ZipFile(folder / "once.fmu", "w") as copy:
-        for name in archive.namelist():
-            data = archive.read(name)
-            if name == "modelDescription.xml":
-                data = data.replace(b'OnlyOncePerProcess="false"', b'OnlyOncePerProcess="true"')
-            copy.writestr(name, data)
-    assert check(write(folder, system([component("a", "once.fmu")]))) == []
-    problems = check(write(folder, system([component("a", "once.fmu"), component("b", "once.fmu")])))
-    assert [p.split(" (")[0] for p in problems] == [
-        f"FMU once.fmu allows one instance per process, {name} shares it" for name in "ab"
-    ]
-
-
 def test_an_unknown_version_is_refused(folder):
     path = write(folder, ONE_GAIN, version="3.0")
     assert check(path) == ["version 3.0 of the format is not supported (SystemStructure.ssd line 1)"]

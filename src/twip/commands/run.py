@@ -10,6 +10,7 @@ from signal import SIGINT
 from ..cosim import CsvSink, Result, load, simulate
 from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
+from ..cosim.isolation import START_LIMIT, TIME_LIMIT
 from ..cosim.log import Attachment, McapLog
 from ..cosim.record import Sink
 from ..cosim.scenario_file import files_of
@@ -28,6 +29,7 @@ examples:
   twip run ssp/twip.ssp --input-file ssp/inputs/push.csv --output-file push.csv
   twip run ssp/twip.ssp --scenario ssp/scenarios/bad_day.toml
   twip run ssp/twip.ssp --real-time
+  twip run ssp/twip.ssp --isolate
   twip run ssp/twip.ssp --checkpoint-every 1
   twip run ssp/twip.ssp --resume logs/twip.checkpoint --stop-time 20
 """
@@ -83,6 +85,19 @@ def declare(parser: argparse.ArgumentParser) -> None:
         "--loop",
         choices=["compiled", "python"],
         help="how steps are executed, with the same results; default: compiled where numba is installed",
+    )
+    parser.add_argument(
+        "--isolate",
+        action="store_true",
+        help="run each FMU in a process of its own: one that crashes or hangs ends the run cleanly; the results are "
+        "the same, each step takes longer; default: all in this process",
+    )
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="S",
+        help=f"with --isolate, longest that a call of an FMU may take, in s; default: {TIME_LIMIT:g}, "
+        f"and at least {START_LIMIT:g} until its first step is done",
     )
     parser.add_argument(
         "--log",
@@ -188,6 +203,8 @@ def run(arguments: argparse.Namespace) -> int:
                 progress=progress,
                 notice=notice,
                 loop=arguments.loop,
+                isolate=arguments.isolate,
+                time_limit=arguments.time_limit,
                 checkpoint=checkpoint,
                 checkpoint_every=arguments.checkpoint_every,
                 resume=arguments.resume,

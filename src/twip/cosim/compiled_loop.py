@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import TwipError
 from .execution import Execution
 from .native import DECLINED, NO_FUNCTIONS, native_functions
-from .ports import InputGroup, OutputGroup
+from .ports import InputGroup, OutputGroup, Ports
 from .schedule import Schedule
 
 IntTable = NDArray[np.int64]
@@ -144,19 +144,19 @@ def run_steps(  # type: ignore[no-untyped-def]
                 clock[0] = times[k]
                 for g in range(first_setter[i], first_setter[i + 1]):
                     status = set_changed(setters[g], values, last, references, changed, reals, integers)
-                    if status > 1:
+                    if status < 0 or status > 1:
                         failed[1], failed[2] = g - first_setter[i], status
                         return k, SET
                 status = call_step(steppers[i, 1], steppers[i, 0], times[k], step_size)
                 if status == DECLINED:
                     status = call_step(steppers[i, 3], steppers[i, 2], times[k], step_size)
-                if status > 1:
+                if status < 0 or status > 1:
                     failed[2] = status
                     return k, STEP
                 clock[0] = times[k + 1]
                 for g in range(first_getter[i], first_getter[i + 1]):
                     status = get_all(getters[g], values, references, integers)
-                    if status > 1:
+                    if status < 0 or status > 1:
                         failed[1], failed[2] = g - first_getter[i], status
                         return k, GET
                     if getters[g, KIND] == 0:
@@ -216,7 +216,8 @@ class CompiledLoop:
     """Runs the steps of a schedule like `PythonLoop`."""
 
     def __init__(self, execution: Execution):
-        plan, self._ports = execution.schedule, execution.ports
+        plan = execution.schedule
+        self._ports = [port for port in execution.ports if isinstance(port, Ports)]
         references: list[int] = []
         handles = [port.instance.handle or 0 for port in self._ports]
         found = [native_functions(port.instance) or NO_FUNCTIONS for port in self._ports]

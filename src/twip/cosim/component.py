@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from ..errors import TwipError
@@ -46,7 +45,7 @@ def _guard_exit(library: str) -> bool:
     return True
 
 
-def _one_line(text: str) -> str:
+def one_line(text: str) -> str:
     """Return a message without its line breaks, and of a Python traceback only what comes before it and its last
     line.
     """
@@ -197,7 +196,7 @@ class Instance(ABC):
     def failure(self, function: str, what: str) -> ComponentError:
         """Return the exception for a failed call, with the last lines that the FMU logged."""
         texts = [text for status, text in self._said if status > 0] or [text for _, text in self._said[-1:]]
-        lines = dict.fromkeys(line for text in texts[-2:] if (line := _one_line(text)))
+        lines = dict.fromkeys(line for text in texts[-2:] if (line := one_line(text)))
         said = f": {'; '.join(lines)}" if lines else ""
         return ComponentError(f"{self.name} failed at t = {self._time:.12g} s: {function} {what}{said}")
 
@@ -216,11 +215,8 @@ class Instance(ABC):
         self.check(f"{self.version}DoStep", status)
 
     def call(self, function: str, *arguments: object) -> None:
-        """Call one of fmpy's methods of the same life-cycle step, checking its status."""
-        try:
-            getattr(self.slave, function)(self.handle, *arguments)
-        except FMICallException as error:
-            self.check(function, error.status)
+        """Call a function of the FMU, checking its status."""
+        self.check(function, self.slave._functions[function](self.handle, *arguments))
 
     def close(self) -> None:
         """Terminate and free what the FMI state machine allows; failures here are only logged."""
@@ -228,16 +224,11 @@ class Instance(ABC):
             return
         self._freed = True
         if self.handle is not None and self._folder not in self._dead:
-            terminate = f"{self.version}Terminate"
             try:
                 if self._initialized and self._status < _ERROR:
-                    getattr(self.slave, terminate)(self.handle)
-            except FMICallException as error:
-                self._messages.append(
-                    Message(self._time, "warning", self.name, f"{terminate} returned {STATUS[error.status]}")
-                )
-                if error.status == _FATAL:
-                    self._dead.add(self._folder)
+                    self.call(f"{self.version}Terminate")
+            except ComponentError as failure:
+                self._messages.append(Message(self._time, "warning", self.name, str(failure)))
             if self._folder not in self._dead:
                 getattr(self.slave, f"{self.version}FreeInstance")(self.handle)
         self._unload()

@@ -1,13 +1,16 @@
 """What the steps of a run work on: the plan, the values, and what is remembered from one step to the next."""
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .ports import Ports, Vector
+from .face import PortsFace
 from .schedule import Schedule
+
+Vector = ctypes.Array[ctypes.c_double]
 
 
 @dataclass
@@ -15,7 +18,7 @@ class Execution:
     """The plan and the values of a run, shared by every loop that may continue it."""
 
     schedule: Schedule
-    ports: list[Ports]
+    ports: Sequence[PortsFace]
     """By component, in the order of the file."""
     values: Vector
     """The row of the last finished step."""

@@ -25,10 +25,6 @@ def read_fmus(
         if file not in known:
             known[file] = read_fmu(file, name, problems, element.place)
         found[path] = known[file]
-    for path, element in components.items():
-        fmu = found[path]
-        if fmu is not None and fmu.only_once and sum(other is fmu for other in found.values()) > 1:
-            problems.add(f"FMU {fmu.name} allows one instance per process, {path} shares it", element.place)
     return found
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from ..errors import TwipError
-from .component import Instance
+from .execution import Vector
+from .face import InstanceFace, PortsFace
 from .parameters import StartValue
-from .ports import Ports, Vector
 from .problems import Place
 from .schedule import Schedule
 from .system import ParameterLink, System
@@ -29,7 +29,7 @@ def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: list[int
         values[schedule.destination[i]] = value
 
 
-def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, Instance], values: Vector) -> list[str]:
+def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, InstanceFace], values: Vector) -> list[str]:
     """Set the parameters that other components calculate; return the links whose value has no meaning there."""
     unfit = []
     for link in links:
@@ -51,8 +51,8 @@ def _refuse(schedule: Schedule, refused: list[int], values: Vector, time: float)
 def initialize(
     system: System,
     schedule: Schedule,
-    instances: list[Instance],
-    ports: list[Ports],
+    instances: Sequence[InstanceFace],
+    ports: Sequence[PortsFace],
     values: Vector,
     driven: dict[int, float],
     times: tuple[float, float],

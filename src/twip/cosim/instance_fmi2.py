@@ -1,6 +1,7 @@
 """An instance of an FMI 2.0 co-simulation FMU."""
 
 import ctypes
+import math
 from typing import Any
 
 from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
@@ -8,6 +9,8 @@ from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Rea
 from .component import Access, Instance
 from .messages import Callbacks
 
+_DISCARD = 2
+_LAST_SUCCESSFUL_TIME = 2
 _C_TYPES = {"Real": fmi2Real, "Integer": fmi2Integer, "Boolean": fmi2Boolean, "String": fmi2String}
 
 
@@ -68,6 +71,21 @@ class Fmi2Instance(Instance):
         status = self._do_step(self.handle, time, step_size, 1)
         if status:
             self.check_step(status)
+
+    def check_step(self, status: int) -> None:
+        """Raise `ComponentError` unless a step with this status has succeeded; that of a discarded one says how far it
+        came, if the FMU tells (FMI 2.0.4 section 4.2.3).
+        """
+        if status != _DISCARD:
+            super().check_step(status)
+            return
+        self._status = max(self._status, status)
+        time = fmi2Real(math.nan)
+        asked = self._function("fmi2GetRealStatus")(self.handle, _LAST_SUCCESSFUL_TIME, ctypes.byref(time))
+        known = asked in (0, 1) and math.isfinite(time.value)
+        raise self.failure(
+            "fmi2DoStep", f"returned discard{f' (computed until t = {time.value:.12g} s)' if known else ''}"
+        )
 
     def save_state(self) -> bytes:
         """Return the serialized state between two steps."""

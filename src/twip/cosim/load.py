@@ -17,7 +17,7 @@ from .references import DEFAULT_SSD, References
 from .source import Location, read_file
 from .ssd import read_description
 from .structure import components_of
-from .system import System
+from .system import System, cannot_share_a_process
 from .wiring import report_shared_names, wire
 
 PathLike = str | os.PathLike[str]
@@ -54,7 +54,8 @@ def check(
     swap: Mapping[str, PathLike] | None = None,
 ) -> list[str]:
     """Return the problems that `load` would raise, one line each; an empty list when the system would run."""
-    return _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {})[1].lines
+    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {})
+    return problems.lines + ([] if system is None else cannot_share_a_process(system))
 
 
 def _load(

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import NoReturn
 
 from .component import Instance
+from .execution import Vector
 from .schedule import ComponentPorts, Group
-
-Vector = ctypes.Array[ctypes.c_double]
 
 
 class InputGroup:

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .checkpoint import Checkpoint, InputDigest, Saving, identify
-from .component import Instance
 from .delivery import Delivery, writing
 from .execution import Execution, vector
 from .experiment import Coupling, TimeGrid
+from .face import InstanceFace, PortsFace
 from .faults import Faults
 from .initialization import initialize
 from .instantiate import instantiate
 from .interrupt import InterruptFlag
+from .isolation import IsolatedInstance, Isolation
 from .kept import awaits_compiling
 from .messages import Message
 from .pace import Pacer
@@ -72,7 +73,9 @@ class Run:
     pacer: Pacer | None
     progress: Callable[[float], None]
     notice: Callable[[str], None]
-    instances: list[Instance] = field(default_factory=list)
+    time_limit: float | None
+    """Longest that a call of an FMU may take, in s, each in a process of its own; None keeps all in this process."""
+    instances: list[InstanceFace] = field(default_factory=list)
     dead: set[pathlib.Path] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -82,7 +85,8 @@ class Run:
         plan = make_schedule(system, self.coupling.name, self.inputs.columns.tolist(), self.coupling.mid_step)
         self.faults = Faults(self.scenario.faults, plan)
         self.schedule: Schedule = self.faults.schedule
-        self.values = vector(self.schedule.columns)
+        self._isolation = None if self.time_limit is None else Isolation(self.schedule, self.time_limit)
+        self.values = vector(self.schedule.columns) if self._isolation is None else self._isolation.values
         self.warnings: list[str] = [*system.warnings, *self.scenario.warnings]
         for loop in self.schedule.loops:
             self.warnings.append(f"algebraic loop: {', '.join(f'{c}.{v}' for c, v in loop)}")
@@ -138,11 +142,9 @@ class Run:
         system, grid = self.system, self.grid
         folders = [system.unpacked(c.fmu, lambda why: self._say("warning", why)) for c in system.components]
         self._announce(folders)
-        for component, folder in zip(system.components, folders, strict=True):
-            if self.interrupted:
-                return None
-            self.instances.append(instantiate(component, folder, self.delivery.messages, self.dead, self.clock))
-        ports = [Ports(p, i, self.values) for p, i in zip(self.schedule.components, self.instances, strict=True)]
+        ports = self._instantiate(folders)
+        if ports is None:
+            return None
         columns = self.inputs.columns.tolist()
         first = self.inputs.at(grid.times(0, 0), grid.step_size)[0].tolist()
         self.warnings += (
@@ -169,6 +171,28 @@ class Run:
         self.delivered = True
         return execution
 
+    def _instantiate(self, folders: Sequence[pathlib.Path]) -> list[PortsFace] | None:
+        """Make all instances, in this process or each in its own; None when interrupted before."""
+        ports: list[PortsFace] = []
+        parts = list(zip(self.system.components, folders, strict=True))
+        if self._isolation is not None:
+            isolated: list[IsolatedInstance] = []
+            for part in parts:  # the processes start side by side
+                isolated.append(self._isolation.instance(*part, self.delivery.messages, self.clock))
+                self.instances.append(isolated[-1])
+            for each in isolated:
+                if self.interrupted:
+                    return None
+                each.load()
+            return [*isolated]
+        for (component, folder), plan in zip(parts, self.schedule.components, strict=True):
+            if self.interrupted:
+                return None
+            instance = instantiate(component, folder, self.delivery.messages, self.dead, self.clock)
+            self.instances.append(instance)
+            ports.append(Ports(plan, instance, self.values))
+        return ports
+
     def _announce(self, folders: Sequence[pathlib.Path]) -> None:
         """Tell the user when code is going to be compiled, which takes a while."""
         what = [] if self.loop.is_ready() else ["the loop"]
@@ -178,7 +202,7 @@ class Run:
         if what:
             self.notice(f"compiling {', '.join(what)}: needed once per build, takes a while")
 
-    def _restore(self, checkpoint: Checkpoint, ports: list[Ports]) -> None:
+    def _restore(self, checkpoint: Checkpoint, ports: Sequence[PortsFace]) -> None:
         """Put the states of a checkpoint into the instances, and see whether they show its values again."""
         self.clock[0] = self._time_of(self.steps)
         names = self.system.columns
@@ -267,6 +291,8 @@ class Run:
         """Free all instances, the last first, and deliver their last messages."""
         for instance in reversed(self.instances):
             instance.close()
+        if self._isolation is not None:
+            self._isolation.close()
         for folder in self.dead:
             self.system.forget(folder)
         self.delivery.tell()

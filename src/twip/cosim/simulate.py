@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import math
 import os
 import pathlib
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .delivery import Delivery, writing
 from .experiment import Coupling, TimeGrid, time_grid
 from .interrupt import InterruptFlag
+from .isolation import TIME_LIMIT
 from .loop import PythonLoop
 from .pace import Pacer
 from .problems import Problems
@@ -21,7 +23,7 @@ from .record import Sink
 from .results import Result, Table
 from .run import LoopKind, Run
 from .scenario_file import read_scenario
-from .system import System
+from .system import System, cannot_share_a_process
 
 LOOPS = ("compiled", "python")
 """How a schedule can be executed; the first is the default where numba is installed."""
@@ -41,6 +43,8 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     notice: Callable[[str], None] | None = None,
     loop: str | None = None,
+    isolate: bool = False,
+    time_limit: float | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: float | None = None,
     resume: str | os.PathLike[str] | None = None,
@@ -59,6 +63,9 @@ def simulate(
     (the default where numba is installed) or `python`; the results are the same. Ctrl-C (as SIGTERM and SIGHUP) ends
     the run between two steps; the result says so.
 
+    `isolate` runs each FMU in a process of its own, by the Python loop: one that crashes, or takes longer than
+    `time_limit` (s, by default 10) for a call, ends the run like one that returns an error.
+
     `checkpoint` is a file that takes the state of the whole run every `checkpoint_every` simulated seconds, when Ctrl-C
     ends the run, and at its end; a failed run leaves the last one. `resume` is such a file: the run goes on from there
     as if it had never stopped. It must be the same in everything but the stop time and later values of the inputs; its
@@ -75,7 +82,10 @@ def simulate(
         given = () if callable(sinks) else [table] if table is not None else sinks or ()
         for sink in given:
             closing.callback(_close, sink)
-        kind = _choose_loop(loop)
+        kind = _choose_loop(loop, isolate)
+        limit = _time_limit(isolate, time_limit)
+        if not isolate and (crowded := cannot_share_a_process(system)):
+            raise TwipError("\n".join(crowded))
         grid = time_grid(system, start_time, stop_time, step_size)
         plan = Coupling.of(system, coupling, mid_step)
         problems = Problems()
@@ -107,14 +117,31 @@ def simulate(
             saving=saving,
             resumed=resumed,
             pacer=pacer,
+            time_limit=limit,
             progress=progress or _ignore,
             notice=notice or _ignore,
         ).execute()
     return dataclasses.replace(result, table=table)
 
 
-def _choose_loop(name: str | None) -> LoopKind:
+def _time_limit(isolate: bool, given: float | None) -> float | None:
+    """Return the longest that a call may take in s; None where nothing could end it."""
+    if not isolate:
+        if given is not None:
+            raise TwipError("a time limit needs isolated FMUs (--isolate): a call in this process cannot be stopped")
+        return None
+    limit = TIME_LIMIT if given is None else given
+    if not (math.isfinite(limit) and limit > 0.0):
+        raise TwipError(f"time limit {limit!r} s must be a positive number")
+    return limit
+
+
+def _choose_loop(name: str | None, isolate: bool) -> LoopKind:
     """Return a loop by its name; None stands for the best that can run here."""
+    if isolate:
+        if name == "compiled":
+            raise TwipError("loop 'compiled' calls FMUs in this process: isolated ones need loop 'python'")
+        name = "python"
     compiles = find_spec("numba") is not None
     name = name or ("compiled" if compiles else "python")
     if name not in LOOPS:

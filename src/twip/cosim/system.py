@@ -167,6 +167,20 @@ class System:
         self.close()
 
 
+def cannot_share_a_process(system: System) -> list[str]:
+    """Return a line for each FMU of several components that allows one instance per process only."""
+    users: dict[pathlib.Path, list[Component]] = {}
+    for component in system.components:
+        if component.fmu.only_once:
+            users.setdefault(component.fmu.path, []).append(component)
+    return [
+        f"FMU {same[0].fmu.name} allows one instance per process, but {', '.join(c.name for c in same)} share it"
+        " (isolated, with --isolate, each has its own)"
+        for same in users.values()
+        if len(same) > 1
+    ]
+
+
 def mid_step_problem(name: str, components: Sequence[Component], copies: Sequence[Copy], names: Sequence[str]) -> str:
     """Return why the input `name` (`component.variable`) cannot be taken at the middle of a step, or nothing."""
     inputs = {f"{c.name}.{v.name}": v for c in components for v in c.inputs}
