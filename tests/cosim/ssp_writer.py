@@ -117,9 +117,11 @@ def bind(values=None, source=None, prefix=None, mapped=None, base=None):
     return f"<ssd:ParameterBindings>{binding}</ssd:ParameterBindings>"
 
 
-def algorithm(attributes, mid_step=()):
-    """Return our annotation by which a file proposes how to run it."""
+def algorithm(attributes, mid_step=(), order=(), own_steps=()):
+    """Return our annotation by which a file proposes how to run it; `own_steps` are pairs of component and size."""
     inputs = "".join(f'\n<t:MidStep input="{name}"/>' for name in mid_step)
+    inputs += "".join(f'\n<t:Next component="{name}"/>' for name in order)
+    inputs += "".join(f'\n<t:Step component="{name}" size="{size}"/>' for name, size in own_steps)
     item = f'<t:Algorithm xmlns:t="https://twip.example/ssp" {attributes}>{inputs}</t:Algorithm>'
     return f'<ssd:Annotations><ssc:Annotation type="org.twip.cosim">{item}</ssc:Annotation></ssd:Annotations>'
 

@@ -124,7 +124,13 @@ def test_a_checkpoint_does_not_change_the_run_and_the_same_state_gives_the_same_
     run(path, checkpoint=files[1], stop_time=1.5, loop="compiled")
     assert files[1].read_bytes() == files[2].read_bytes()
     with zipfile.ZipFile(files[0]) as archive:
-        assert archive.namelist() == ["checkpoint.json", "values", "previous", *(f"states/{i}" for i in range(4))]
+        assert archive.namelist() == [
+            "checkpoint.json",
+            "values",
+            "samples",
+            "delayed",
+            *(f"states/{i}" for i in range(4)),
+        ]
     assert [p.name for p in files[2].parent.iterdir()] == ["three"]
 
 
@@ -197,7 +203,7 @@ def test_inputs_may_change_after_the_checkpoint_only(folder):
         ({"mid_step": []}, "list of mid-step inputs differs: none here, a.u, b.u in the checkpoint"),
         ({"step_size": 1 / 64}, "step size [s] differs: 0.015625 here, 0.0078125 in the checkpoint"),
         ({"start_time": -0.5}, "start time [s] differs: -0.5 here, 0.0 in the checkpoint"),
-        ({"input_file": None}, "list of inputs from the input file differs: none here, m.held, m.n, m.on, m.smooth in"
+        ({"input_file": None}, "list of inputs with time series differs: none here, m.held, m.n, m.on, m.smooth in"
          " the checkpoint"),
         ({"stop_time": 0.5}, "the run is at 0.5 s, the stop time must be later than that"),
         ({"stop_time": 0.25}, "the run is at 0.5 s, the stop time must be later than that"),
@@ -272,7 +278,7 @@ def flip(file):
     file.write_bytes(data)
 
 
-def drop(file, name="previous", edit=None):
+def drop(file, name="samples", edit=None):
     with zipfile.ZipFile(file) as archive:
         members = {n: archive.read(n) for n in archive.namelist()}
     with zipfile.ZipFile(file, "w") as archive:
@@ -290,7 +296,7 @@ def other_format(file):
     [
         (cut, "{file} is not a readable checkpoint (File is not a zip file)"),
         (flip, "{file} is not a readable checkpoint (Bad CRC-32 for file 'values')"),
-        (drop, "{file} is not a readable checkpoint (\"There is no item named 'previous' in the archive\")"),
+        (drop, "{file} is not a readable checkpoint (\"There is no item named 'samples' in the archive\")"),
         (
             lambda file: drop(file, "states/3"),
             "{file} is not a readable checkpoint (something is missing)",
@@ -299,7 +305,7 @@ def other_format(file):
             lambda file: drop(file, "values", lambda d: d[8:]),
             "{file} is not a readable checkpoint (something is missing)",
         ),
-        (other_format, "checkpoint {file} has the format 'twip.checkpoint 99', not 'twip.checkpoint 1'"),
+        (other_format, "checkpoint {file} has the format 'twip.checkpoint 99', not 'twip.checkpoint 2'"),
         (lambda file: file.write_text("time,a\n"), "{file} is not a readable checkpoint (File is not a zip file)"),
         (Path.unlink, "checkpoint {file} cannot be read (No such file or directory)"),
     ],

@@ -71,7 +71,7 @@ def test_reals_integers_and_booleans_of_a_nested_system_agree(folder, coupling, 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("coupling", COUPLINGS)
 def test_random_wirings_agree(fmus, tmp_path, seed, coupling):
-    """Gains and integrators, any output to any input, some at mid-step; loops included."""
+    """Gains and integrators, any output to any input, some at mid-step, some with their own step; loops included."""
     random_ = random.Random(seed)
     gain = edit_fmu(fmus / "CosimGain.fmu", tmp_path / "gain.fmu", dependencies={"y": ["u"], "z": ["u"]}).name
     integrator = edit_fmu(fmus / "CosimIntegrator.fmu", tmp_path / "integrator.fmu", dependencies={"x": []}).name
@@ -89,6 +89,7 @@ def test_random_wirings_agree(fmus, tmp_path, seed, coupling):
         step_size=0.01,
         coupling=coupling,
         mid_step=[f"{name}.u" for name in fed if random_.random() < 0.5],
+        own_steps={name: random_.choice([0.01, 0.02, 0.05, 0.1]) for name in kinds if random_.random() < 0.5},
         start_values=starts,
     )
 

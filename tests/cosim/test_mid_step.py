@@ -107,7 +107,7 @@ def test_a_file_proposes_mid_step_inputs_and_the_caller_wins(ring):
     assert not np.array_equal(with_both.values, with_none.values)
     path = proposing(ring, ["a.u", "b.u"])
     with load(path) as loaded:
-        assert loaded.mid_step == ("a.u", "b.u")
+        assert loaded.experiment.algorithm.mid_step == ("a.u", "b.u")
     np.testing.assert_array_equal(run(path, step_size=0.1).values, with_both.values)
     np.testing.assert_array_equal(run(path, step_size=0.1, mid_step=[]).values, with_none.values)
     np.testing.assert_array_equal(run(path, step_size=0.1, coupling="gauss-seidel").values, with_none.values)

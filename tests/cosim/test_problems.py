@@ -172,7 +172,7 @@ def test_a_missing_damaged_or_foreign_fmu(folder):
         (
             ONE_GAIN,
             proposing('coupling="magic"'),
-            "coupling 'magic' must be one of jacobi, gauss-seidel",
+            "coupling 'magic' must be one of jacobi, gauss-seidel, iterated",
         ),
         (
             ONE_GAIN,

@@ -25,7 +25,7 @@ GAIN = "CosimGain.fmu"
             "step size 5.960464477539063e-08 s is below the resolution of time near 1000000000.0000005 s (1.2e-07 s)",
         ),
         ({}, "step size is not given, and neither SystemStructure.ssd nor any FMU proposes one"),
-        ({"step_size": 1, "coupling": "magic"}, "coupling 'magic' must be one of jacobi, gauss-seidel"),
+        ({"step_size": 1, "coupling": "magic"}, "coupling 'magic' must be one of jacobi, gauss-seidel, iterated"),
         ({"step_size": 1, "loop": "magic"}, "loop 'magic' must be one of compiled, python"),
     ],
 )

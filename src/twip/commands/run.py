@@ -8,6 +8,7 @@ from pathlib import Path
 from signal import SIGINT
 
 from ..cosim import CsvSink, Result, load, simulate
+from ..cosim.algorithm import COUPLINGS
 from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.isolation import START_LIMIT, TIME_LIMIT
@@ -73,7 +74,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         help="time series, parameter changes and faults of connections (docs/scenarios.md); default: none",
     )
     parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
-    parser.add_argument("--coupling", choices=["jacobi", "gauss-seidel"], help="default: the system's, else jacobi")
+    parser.add_argument("--coupling", choices=COUPLINGS, help="default: the system's, else jacobi")
     parser.add_argument(
         "--mid-step",
         nargs="*",
@@ -82,9 +83,37 @@ def declare(parser: argparse.ArgumentParser) -> None:
         "default: the system's, unless --coupling is given",
     )
     parser.add_argument(
+        "--order",
+        nargs="*",
+        metavar="NAME",
+        help="all components in the order of execution under gauss-seidel, none for that of their feed-through; "
+        "default: the system's, unless --coupling is given",
+    )
+    parser.add_argument(
+        "--own-step",
+        nargs="*",
+        metavar="NAME=S",
+        help="components with a step of their own in s, a whole multiple of --step-size, none without names; "
+        "default: the system's",
+    )
+    parser.add_argument(
+        "--iteration-tolerance",
+        type=float,
+        metavar="X",
+        help="iterated steps are repeated until coupling variables change by less than this, relative to magnitude or "
+        "nominal value; default: the system's, else 1e-8",
+    )
+    parser.add_argument(
+        "--maximum-iterations",
+        type=int,
+        metavar="N",
+        help="repetitions of an iterated step after which the run fails; default: the system's, else 50",
+    )
+    parser.add_argument(
         "--loop",
         choices=["compiled", "python"],
-        help="how steps are executed, with the same results; default: compiled where numba is installed",
+        help="how steps are executed, with the same results; default: compiled where numba is installed, "
+        "but python where steps are repeated",
     )
     parser.add_argument(
         "--isolate",
@@ -152,6 +181,25 @@ def pairs(values: Sequence[str]) -> dict[str, str]:
     return dict(zip(values[::2], values[1::2], strict=True))
 
 
+def own_steps(values: Sequence[str] | None) -> dict[str, float] | None:
+    """Return the steps of `--own-step a=0.01 b=0.02`."""
+    if values is None:
+        return None
+    found: dict[str, float] = {}
+    for value in values:
+        name, _, size = value.rpartition("=")
+        try:
+            step = float(size)
+        except ValueError:
+            step = None
+        if not name or step is None:
+            raise TwipError(f"--own-step {value}: must be a component and its step in s, such as {name or value}=0.01")
+        if name in found:
+            raise TwipError(f"--own-step: {name} is given more than once")
+        found[name] = step
+    return found
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Run the system, and return the exit status."""
     if arguments.no_log and arguments.log is not None:
@@ -197,6 +245,10 @@ def run(arguments: argparse.Namespace) -> int:
                 step_size=grid.step_size,
                 coupling=arguments.coupling,
                 mid_step=arguments.mid_step,
+                order=arguments.order,
+                own_steps=own_steps(arguments.own_step),
+                iteration_tolerance=arguments.iteration_tolerance,
+                maximum_iterations=arguments.maximum_iterations,
                 input_file=arguments.input_file,
                 scenario=arguments.scenario,
                 sinks=sinks,
@@ -230,6 +282,8 @@ def print_result(result: Result) -> None:
     """Print what a run did."""
     start = f" from {result.start_time:g} s" if result.start_time else ""
     steps = f"{result.steps} steps of {result.step_size:g} s ({result.coupling})"
+    if result.iterations:
+        steps = f"{steps[:-1]}, {result.iterations / max(result.steps, 1):.1f} iterations per step)"
     print_rows(
         ("interrupted at" if result.interrupted else "simulated to", f"{result.time:g} s{start} in {steps}"),
         ("start-up", f"{result.setup_time:.2f} s"),

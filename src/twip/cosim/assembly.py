@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 
 from .archive import Workspace
+from .coupling import find_problems
 from .fmu import RECORDED_TYPES, Fmu
 from .links import Key, Link, Port, full_name
 from .parameters import Assignments
@@ -11,7 +12,7 @@ from .problems import Place, Problems
 from .record import Channel, Signal, columns
 from .ssd import Description
 from .structure import systems_of
-from .system import Component, Copy, OpenConnector, ParameterLink, System, mid_step_problem
+from .system import Component, Copy, OpenConnector, ParameterLink, System
 from .value_types import family
 from .wiring import Wiring
 
@@ -89,10 +90,12 @@ class _Assembly:
             for key, port in self.wiring.ports.items()
             if self._is_open(key, port) and key in index
         ]
-        mid_step = self._mid_step(components, copies, names)
+        algorithm = self.description.experiment.algorithm
+        for problem, key in find_problems(algorithm, components, copies, names):
+            self.problems.add(problem, algorithm.places.get(key))
         return None if self.problems else System(
             self.description.name, file, tuple(components), tuple(channels), tuple(copies), tuple(opened),
-            self._parameter_links(index), self.description.experiment, mid_step, tuple(self.problems.warnings),
+            self._parameter_links(index), self.description.experiment, tuple(self.problems.warnings),
             sources, workspace,
         )  # fmt: skip
 
@@ -124,14 +127,6 @@ class _Assembly:
                 continue
             found.append(ParameterLink(key[0], target, index[link.source.key], link.conversion, link.label))
         return tuple(found)
-
-    def _mid_step(self, components: list[Component], copies: list[Copy], names: list[str]) -> tuple[str, ...]:
-        """Return the inputs that the file wants taken at the middle of a step, checked."""
-        for name, place in self.description.experiment.mid_step:
-            problem = mid_step_problem(name, components, copies, names)
-            if problem:
-                self.problems.add(problem, place)
-        return tuple(name for name, _ in self.description.experiment.mid_step)
 
     def _used_by(self, key: Key) -> tuple[str, ...]:
         """Return the components that take the value of a component input or of an inner system's input."""

@@ -1,6 +1,6 @@
 """The whole state of a run in one file: written every now and then and on Ctrl-C, read to go on from there.
 
-The file is a zip archive: `checkpoint.json` (the format, what the run is, finished steps), `values`, `previous` and
+The file is a zip archive: `checkpoint.json` (the format, what the run is, finished steps), `values`, `samples` and
 `delayed` (float64, little endian), and `states/<i>`, the serialized state of the i-th component. The same state gives
 the same bytes.
 """
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
-from .experiment import Coupling, TimeGrid
+from .coupling import Coupling
+from .experiment import TimeGrid
 from .inputs import InputSeries
 from .record import columns
 from .scenario import Scenario
@@ -44,8 +45,8 @@ class Checkpoint:
     """SHA-256 of the driven values that these steps used."""
     values: NDArray[np.float64]
     """The row of the last finished step, hidden columns included (columns,)."""
-    previous: NDArray[np.float64]
-    """What each copy brought in the last step (copies,)."""
+    samples: NDArray[np.float64]
+    """What copies to the middle of a step remember (4, copies); see `Execution`."""
     delayed: NDArray[np.float64]
     """What faults of the scenario hold back, the histories of all delays one after the other."""
     states: tuple[bytes, ...]
@@ -63,7 +64,7 @@ class Checkpoint:
         members = {
             "checkpoint.json": json.dumps(header, indent=1, sort_keys=True).encode(),
             "values": self.values.astype("<f8").tobytes(),
-            "previous": self.previous.astype("<f8").tobytes(),
+            "samples": self.samples.astype("<f8").tobytes(),
             "delayed": self.delayed.astype("<f8").tobytes(),
             **{f"states/{i}": state for i, state in enumerate(self.states)},
         }
@@ -83,7 +84,7 @@ class Checkpoint:
             raise OSError(error.errno, error.strerror, str(path)) from None
 
     def _sizes(self) -> list[int]:
-        return [len(self.values), len(self.previous), len(self.delayed), len(self.states)]
+        return [len(self.values), self.samples.shape[1], len(self.delayed), len(self.states)]
 
     @classmethod
     def read(cls, path: pathlib.Path) -> "Checkpoint":
@@ -99,7 +100,7 @@ class Checkpoint:
                     int(header["steps"]),
                     str(header["inputs"]),
                     np.frombuffer(archive.read("values"), "<f8").astype(np.float64),
-                    np.frombuffer(archive.read("previous"), "<f8").astype(np.float64),
+                    np.frombuffer(archive.read("samples"), "<f8").astype(np.float64).reshape(4, -1),
                     np.frombuffer(archive.read("delayed"), "<f8").astype(np.float64),
                     tuple(archive.read(f"states/{i}") for i in range(states)),
                 )
@@ -144,8 +145,7 @@ def identify(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scena
         "system": system.name,
         "start time [s]": grid.start,
         "step size [s]": grid.step_size,
-        "coupling": coupling.name,
-        "list of mid-step inputs": sorted(coupling.mid_step),
+        **coupling.identity(),
         "list of inputs with time series": sorted(names[column] for column in scenario.inputs.columns),
         **scenario.described(),
         "order of the components": components,

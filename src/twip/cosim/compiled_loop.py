@@ -115,31 +115,43 @@ def translate(value, entries, begin, end):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def run_steps(  # type: ignore[no-untyped-def]
-    times, step_size, inputs, driven, rows, stop, values, last, previous, clock,
-    order, stage_order, stage_copies, destination, source, factor, offset, lead, first_entry, entries, partial,
+    times, step_size, inputs, driven, driven_every, rows, stop, values, last, samples, turn, reached, since, clock,
+    order, stage_order, stage_copies, destination, source, factor, offset, middle, owner, every, copy_every,
+    first_entry, entries, partial,
     steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers, failed,
 ):  # fmt: skip
     """Do one step per row; return how many were finished and how it ended; `failed`: component, group, status."""
     for k in range(rows.shape[0]):
         if stop[0]:
             return k, STOPPED
+        number = turn[0] + 1
+        end = np.float64(number)
+        reached[-1] = end - 1.0
         for j in range(driven.shape[0]):
-            values[driven[j]] = inputs[k, j]
+            if driven_every[j] == 1 or number % driven_every[j] == 0:
+                values[driven[j]] = inputs[k, j]
         for stage in range(stage_order.shape[0] - 1):
             for c in range(stage_copies[stage], stage_copies[stage + 1]):
+                if copy_every[c] != 1 and number % copy_every[c] != 0:
+                    continue
                 value = factor[c] * values[source[c]] + offset[c]
                 if first_entry[c] < first_entry[c + 1] or partial[c]:
                     known, value = translate(value, entries, first_entry[c], first_entry[c + 1])
                     if partial[c] and not known:
                         failed[0] = c
                         return k, UNMAPPED
-                if lead[c] != 0.0:
-                    before = previous[c]
-                    previous[c] = value
-                    value = value + lead[c] * (value - before)
+                if middle[c]:
+                    at = reached[owner[c]]
+                    if at > samples[1, c]:
+                        samples[2, c], samples[3, c] = samples[0, c], samples[1, c]
+                    samples[0, c], samples[1, c] = value, at
+                    wanted = end - 0.5 * copy_every[c]
+                    value = value + (wanted - at) / (at - samples[3, c]) * (value - samples[2, c])
                 values[destination[c]] = value
             for position in range(stage_order[stage], stage_order[stage + 1]):
                 i = order[position]
+                if every[i] != 1 and number % every[i] != 0:
+                    continue
                 failed[0] = i
                 clock[0] = times[k]
                 for g in range(first_setter[i], first_setter[i + 1]):
@@ -147,9 +159,10 @@ def run_steps(  # type: ignore[no-untyped-def]
                     if status < 0 or status > 1:
                         failed[1], failed[2] = g - first_setter[i], status
                         return k, SET
-                status = call_step(steppers[i, 1], steppers[i, 0], times[k], step_size)
+                begin, size = times[k] if every[i] == 1 else since[i], every[i] * step_size
+                status = call_step(steppers[i, 1], steppers[i, 0], begin, size)
                 if status == DECLINED:
-                    status = call_step(steppers[i, 3], steppers[i, 2], times[k], step_size)
+                    status = call_step(steppers[i, 3], steppers[i, 2], begin, size)
                 if status < 0 or status > 1:
                     failed[2] = status
                     return k, STEP
@@ -164,6 +177,8 @@ def run_steps(  # type: ignore[no-untyped-def]
                             if not np.isfinite(values[column]):
                                 failed[1] = g - first_getter[i]
                                 return k, NOT_FINITE
+                since[i], reached[i] = times[k + 1], end
+        turn[0] = number
         rows[k, :] = values
     return rows.shape[0], FINISHED
 
@@ -235,14 +250,14 @@ class CompiledLoop:
         self.steppers = np.array(steps, np.int64).reshape(-1, 4)
         """By component: first argument and address of what steps it, then those of FMI, for what is declined."""
         widest = max([1, *setters[:, SIZE], *getters[:, SIZE]])
-        self._driven = execution.driven
+        self._driven = (execution.driven, execution.driven_every)
         self._failed = np.zeros(3, np.int64)
         row = execution.row
         self._schedule, self._clock, self._row = plan, execution.clock, row
         self._arguments = (
-            row, row.copy(), execution.previous, execution.clock,
-            plan.order, plan.stage_order, plan.stage_copies,
-            plan.destination, plan.source, plan.factor, plan.offset, plan.lead, *mapping_table(plan),
+            row, row.copy(), execution.samples, execution.turn, execution.reached, execution.since, execution.clock,
+            plan.order, plan.stage_order, plan.stage_copies, plan.destination, plan.source, plan.factor, plan.offset,
+            plan.middle, plan.owner, plan.every, plan.copy_every, *mapping_table(plan),
             self.steppers,
             setters, first_setter, getters, first_getter, np.array(references, np.uint32),
             np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(widest, np.int32), self._failed,
@@ -257,7 +272,7 @@ class CompiledLoop:
         stop: NDArray[np.bool_],
     ) -> tuple[int, TwipError | None]:
         """Do one step from each of `times` (n + 1,) but the last; see `PythonLoop.run`."""
-        done, ending = run_steps(times, step_size, inputs, self._driven, rows, stop, *self._arguments)
+        done, ending = run_steps(times, step_size, inputs, *self._driven, rows, stop, *self._arguments)
         return done, None if ending in (FINISHED, STOPPED) else self._failure(ending)
 
     def _failure(self, ending: int) -> TwipError:

@@ -218,6 +218,25 @@ class Instance(ABC):
         """Call a function of the FMU, checking its status."""
         self.check(function, self.slave._functions[function](self.handle, *arguments))
 
+    @property
+    def _state(self) -> str:
+        return "FMUstate" if self.version == "fmi2" else "FMUState"
+
+    def keep_state(self) -> int:
+        """Return the address of the state between two steps for `return_to`; it must be freed."""
+        state = ctypes.c_void_p()
+        self.call(f"{self.version}Get{self._state}", ctypes.byref(state))
+        return state.value or 0
+
+    def return_to(self, state: int) -> None:
+        """Be where `keep_state` returned `state`."""
+        self.call(f"{self.version}Set{self._state}", ctypes.c_void_p(state))
+
+    def free_state(self, state: int) -> None:
+        """Free what `keep_state` has returned."""
+        if state and self._folder not in self._dead:
+            self.call(f"{self.version}Free{self._state}", ctypes.byref(ctypes.c_void_p(state)))
+
     def close(self) -> None:
         """Terminate and free what the FMI state machine allows; failures here are only logged."""
         if self._freed:

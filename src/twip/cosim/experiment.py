@@ -1,15 +1,13 @@
-"""Start, stop, step and coupling of a run: from the caller, else from the system's description, else from the FMUs."""
+"""Start, stop and step of a run: from the caller, else from the system's description, else from the FMUs."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
-from .ssd import COUPLINGS
-from .system import System, mid_step_problem
+from .system import System
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole number of steps from the interval that still counts as rounding."""
@@ -48,7 +46,8 @@ def time_grid(system: System, start: float | None, stop: float | None, step_size
         fmu_steps = [
             c.fmu.step_size for c in system.components if c.fmu.step_size is not None and c.fmu.step_size > 0.0
         ]
-        step_size = proposed.step_size if proposed.step_size is not None else min(fmu_steps, default=None)
+        said = proposed.algorithm.step_size
+        step_size = said if said is not None else min(fmu_steps, default=None)
     if step_size is None:
         raise TwipError(f"step size is not given, and neither {system.file} nor any FMU proposes one")
     step_size = float(step_size)
@@ -70,26 +69,3 @@ def time_grid(system: System, start: float | None, stop: float | None, step_size
             f"step size {step_size!r} s does not divide the interval from {start!r} s to {stop!r} s ({ratio:.9g} steps)"
         )
     return TimeGrid(start, stop, step_size, steps)
-
-
-@dataclass(frozen=True)
-class Coupling:
-    """How components exchange values within a step."""
-
-    name: str
-    """`jacobi` or `gauss-seidel`."""
-    mid_step: tuple[str, ...]
-    """Inputs (`component.variable`) taken at the middle of a step."""
-
-    @classmethod
-    def of(cls, system: System, name: str | None, mid_step: Sequence[str] | None) -> "Coupling":
-        """Return the coupling of a run: the caller's, the description's, else Jacobi. Raises `TwipError`."""
-        proposed = system.mid_step if name is None else ()
-        name = name or system.experiment.coupling or "jacobi"
-        if name not in COUPLINGS:
-            raise TwipError(f"coupling {name!r} must be one of {', '.join(COUPLINGS)}")
-        chosen = tuple(dict.fromkeys(proposed if mid_step is None else mid_step))
-        problems = [mid_step_problem(i, system.components, system.copies, system.columns) for i in chosen]
-        if any(problems):
-            raise TwipError("\n".join(p for p in problems if p))
-        return cls(name, chosen)

@@ -30,6 +30,15 @@ class InstanceFace(Protocol):
     def restore_state(self, data: bytes) -> None:
         """Take over a state that `save_state` of an instance of the same FMU has returned."""
 
+    def keep_state(self) -> int:
+        """Return what stands for the state between two steps in `return_to`; it must be freed."""
+
+    def return_to(self, state: int) -> None:
+        """Be where `keep_state` returned `state`."""
+
+    def free_state(self, state: int) -> None:
+        """Free what `keep_state` has returned."""
+
     def close(self) -> None:
         """Terminate and free; failures here are only logged."""
 
@@ -46,6 +55,9 @@ class PortsFace(Protocol):
 
     def set_inputs(self) -> None:
         """Set the inputs that changed since they were last set."""
+
+    def forget_inputs(self) -> None:
+        """Set all inputs next time: the instance has been put back."""
 
     def get_outputs(self) -> None:
         """Read all outputs into the vector."""

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from .scenario import Fault
 from .schedule import Schedule
 
-_PER_COPY = ("destination", "source", "factor", "offset", "lead")
+_PER_COPY = ("destination", "source", "factor", "offset", "middle", "owner", "copy_every")
 """Arrays of a schedule with one entry per copy."""
 
 
@@ -151,18 +151,17 @@ def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
     first = np.cumsum([0, *lengths], dtype=np.int32)
     repeated: dict[str, Any] = {name: np.repeat(getattr(schedule, name), lengths) for name in _PER_COPY}
     columns, stages = schedule.columns + 2 * len(failing), first[schedule.stage_copies]
-    labels = tuple(label for label, length in zip(schedule.labels, lengths, strict=True) for _ in range(length))
-    mappings = {int(first[copy]): mapping for copy, mapping in schedule.mappings.items()}
-    plan = dataclasses.replace(
-        schedule, columns=columns, stage_copies=stages, labels=labels, mappings=mappings, **repeated
-    )
+    repeated["mappings"] = {int(first[copy]): mapping for copy, mapping in schedule.mappings.items()}
+    repeated["labels"] = tuple(label for label, n in zip(schedule.labels, lengths, strict=True) for _ in range(n))
+    plan = dataclasses.replace(schedule, columns=columns, stage_copies=stages, **repeated)
     for at, end in zip(first.tolist(), ends, strict=False):
         chain = chains.get(end, [])
         for copy, item in enumerate(chain, at + 1):
             item.copy = copy
             plan.destination[copy - 1] = plan.source[copy] = item.arrived
             plan.destination[copy] = end
-            plan.factor[copy], plan.offset[copy], plan.lead[copy] = 1.0, -0.0, 0.0
+            plan.factor[copy], plan.offset[copy], plan.middle[copy] = 1.0, -0.0, False
+            plan.owner[copy] = len(plan.components)
     return plan
 
 

@@ -9,9 +9,11 @@ by name, and before whatever follows the loop.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 Output = tuple[str, str]
 """Component and variable."""
+Node = TypeVar("Node", str, Output)
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,9 @@ class Order:
 
     components: tuple[str, ...]
     loops: tuple[tuple[Output, ...], ...]
+    """The outputs of each loop."""
+    paths: tuple[str, ...]
+    """A way around each loop: `a.y → b.u → b.y → a.u`, and what else is in it."""
 
 
 def evaluation_order(
@@ -34,7 +39,7 @@ def evaluation_order(
         for component, outputs in feedthrough.items()
         for output, inputs in outputs.items()
     }
-    groups = _strongly_connected(graph)
+    groups = strongly_connected(graph)
     group_of = {node: index for index, group in enumerate(groups) for node in group}
     depth: dict[int, int] = {}
     for index, group in enumerate(groups):  # sources come before what depends on them
@@ -46,16 +51,47 @@ def evaluation_order(
         inside = any(name == component for name, _ in groups[group_of[source]])
         rank[component] = max(rank[component], depth[group_of[source]] + (0 if inside else 1))
     loops = sorted(tuple(sorted(group)) for group in groups if len(group) > 1 or group[0] in graph[group[0]])
-    return Order(tuple(sorted(feedthrough, key=lambda name: (rank[name], name))), tuple(loops))
+    return Order(
+        tuple(sorted(feedthrough, key=lambda name: (rank[name], name))),
+        tuple(loops),
+        tuple(_path(loop, graph, feedthrough, sources) for loop in loops),
+    )
 
 
-def _strongly_connected(graph: Mapping[Output, list[Output]]) -> list[list[Output]]:
+def _path(
+    loop: tuple[Output, ...],
+    graph: Mapping[Output, list[Output]],
+    feedthrough: Mapping[str, Mapping[str, frozenset[str]]],
+    sources: Mapping[tuple[str, str], Output],
+) -> str:
+    """Return the shortest way from the first output of `loop` back to it, in the direction of the signals."""
+    first = loop[0]
+    after: dict[Output, Output] = {}  # the output that is computed from this one, on the way to the first
+    queue = [first]
+    while queue and first not in after:
+        node = queue.pop(0)
+        for source in graph[node]:
+            if source in loop and source not in after:
+                after[source] = node
+                queue.append(source)
+    outputs = [first]
+    while (following := after[outputs[-1]]) != first:
+        outputs.append(following)
+    names = []
+    for source, (component, output) in zip(outputs, [*outputs[1:], first], strict=True):
+        taken = min(i for i in feedthrough[component][output] if sources.get((component, i)) == source)
+        names += [".".join(source), f"{component}.{taken}"]
+    others = [".".join(output) for output in loop if output not in outputs]
+    return " → ".join(names) + (f" (and with them {', '.join(others)})" if others else "")
+
+
+def strongly_connected(graph: Mapping[Node, list[Node]]) -> list[list[Node]]:
     """Return the strongly connected components, each after those it points to (Tarjan 1972, without recursion)."""
-    number: dict[Output, int] = {}
-    low: dict[Output, int] = {}
-    stack: list[Output] = []
-    on_stack: set[Output] = set()
-    groups: list[list[Output]] = []
+    number: dict[Node, int] = {}
+    low: dict[Node, int] = {}
+    stack: list[Node] = []
+    on_stack: set[Node] = set()
+    groups: list[list[Node]] = []
     for root in sorted(graph):
         if root in number:
             continue
@@ -77,7 +113,7 @@ def _strongly_connected(graph: Mapping[Output, list[Output]]) -> list[list[Outpu
                 if work:
                     low[work[-1][0]] = min(low[work[-1][0]], low[node])
                 if low[node] == number[node]:
-                    group: list[Output] = []
+                    group: list[Node] = []
                     while not group or group[-1] != node:
                         group.append(stack.pop())
                         on_stack.discard(group[-1])

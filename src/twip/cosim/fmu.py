@@ -73,6 +73,8 @@ class Fmu:
     """Step of the default experiment in s."""
     serializes_state: bool
     """Whether the state of an instance can be saved as bytes and restored."""
+    saves_state: bool
+    """Whether an instance can go back to a state that it had."""
     native_reference: int | None = None
     """Value reference of the String that says where an instance's native functions are; see `native`."""
 
@@ -157,10 +159,11 @@ def _convert(
     experiment = description.defaultExperiment
     only_once = bool(description.coSimulation.canBeInstantiatedOnlyOncePerProcess)
     step = None if experiment is None or experiment.stepSize is None else float(experiment.stepSize)
-    serializes = description.coSimulation.canGetAndSetFMUstate and description.coSimulation.canSerializeFMUstate
+    saves = bool(description.coSimulation.canGetAndSetFMUstate)
+    serializes = saves and bool(description.coSimulation.canSerializeFMUstate)
     return Fmu(
         path, name, description.guid or "", description.coSimulation.modelIdentifier, description.generationTool or "",
-        _fingerprint(path), variables, feedthrough, units, only_once, step, bool(serializes), native,
+        _fingerprint(path), variables, feedthrough, units, only_once, step, serializes, saves, native,
     )  # fmt: skip
 
 

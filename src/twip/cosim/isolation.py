@@ -40,6 +40,10 @@ _ACTIONS = {
     "set_value": "setting a parameter",
     "save_state": "saving the state",
     "restore_state": "restoring the state",
+    "keep_state": "saving the state",
+    "return_to": "restoring the state",
+    "free_state": "freeing a state",
+    "forget_inputs": "setting the inputs",
     "read_inputs": "getting the inputs",
     "set_inputs": "setting the inputs",
     "get_outputs": "getting the outputs",
@@ -141,6 +145,22 @@ class IsolatedInstance:
     def restore_state(self, data: bytes) -> None:
         """Take over a state that `save_state` of an instance of the same FMU has returned."""
         self._call("instance", "restore_state", data)
+
+    def keep_state(self) -> int:
+        """Return what stands for the state between two steps in `return_to`; it must be freed."""
+        return int.from_bytes(self._call("instance", "keep_state"), "little")
+
+    def return_to(self, state: int) -> None:
+        """Be where `keep_state` returned `state`."""
+        self._call("instance", "return_to", state)
+
+    def free_state(self, state: int) -> None:
+        """Free what `keep_state` has returned."""
+        self._call("instance", "free_state", state)
+
+    def forget_inputs(self) -> None:
+        """Set all inputs next time: the instance has been put back."""
+        self._call("ports", "forget_inputs")
 
     @property
     def instance(self) -> "IsolatedInstance":

@@ -59,6 +59,8 @@ class Server:
             return b""
         self._clock[0], target, method, arguments = pickle.loads(payload)
         result = getattr(self._targets[target], method)(*arguments)
+        if isinstance(result, int):
+            return result.to_bytes(8, "little")
         return result if isinstance(result, bytes) else b""
 
     def _advance(self, set_at: float, step_at: float, begin: float, step_size: float, get_at: float) -> None:

@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .execution import Execution
+from .iterated_step import IteratedStep
+from .plain_step import PlainStep
 
 
 class PythonLoop:
@@ -12,8 +14,6 @@ class PythonLoop:
 
     def __init__(self, execution: Execution):
         self._execution = execution
-        self._row = execution.row
-        self._driven = execution.driven.tolist()
 
     def run(
         self,
@@ -28,44 +28,17 @@ class PythonLoop:
         `inputs` (n, driven) are the driven values at the beginning of each step. Returns the number of finished steps,
         fewer than n if `stop` (1,) became true or a component failed, and the failure.
         """
-        values, previous, clock = self._execution.values, self._execution.previous, self._execution.clock
-        plan, every = self._execution.schedule, self._execution.ports
-        arrays = (plan.destination, plan.source, plan.factor, plan.offset, plan.lead)  # faults change them between runs
-        planned = list(enumerate(zip(*(a.tolist() for a in arrays), strict=True)))
-        stages = [
-            (
-                planned[plan.stage_copies[s] : plan.stage_copies[s + 1]],
-                [every[i] for i in plan.order[plan.stage_order[s] : plan.stage_order[s + 1]]],
-            )
-            for s in range(len(plan.stage_order) - 1)
-        ]
-        mappings = plan.mappings
+        turn, row = self._execution.turn, self._execution.row
+        kind = IteratedStep if self._execution.schedule.cycles else PlainStep
+        step = kind(self._execution)  # anew: what the schedule says may have been changed since the last call
         for k in range(len(rows)):
             if stop[0]:
                 return k, None
-            time, reached = float(times[k]), float(times[k + 1])
-            for column, value in zip(self._driven, inputs[k].tolist(), strict=True):
-                values[column] = value
+            before = int(turn[0])
             try:
-                for copies, ports in stages:
-                    for index, (destination, source, factor, offset, lead) in copies:
-                        value = factor * values[source] + offset
-                        if index in mappings:
-                            mapped = mappings[index](int(value))
-                            if mapped is None:
-                                raise self._execution.schedule.refusal(index, value, float(clock[0]))
-                            value = float(mapped)
-                        if lead != 0.0:
-                            before, previous[index] = float(previous[index]), value
-                            value = value + lead * (value - before)
-                        values[destination] = value
-                    for port in ports:
-                        clock[0] = time
-                        port.set_inputs()
-                        port.instance.step(time, step_size)
-                        clock[0] = reached
-                        port.get_outputs()
+                step.do(before + 1, (float(times[k]), float(times[k + 1])), step_size, inputs[k].tolist())
             except TwipError as failure:
                 return k, failure
-            rows[k] = self._row
+            turn[0] = before + 1
+            rows[k] = row
         return len(rows), None

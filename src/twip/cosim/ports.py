@@ -66,6 +66,11 @@ class Ports:
         for group in self.inputs:
             group.last = list(self._values[group.first : group.first + len(group.last)])
 
+    def forget_inputs(self) -> None:
+        """Set all inputs next time: the instance has been put back."""
+        for group in self.inputs:
+            group.last = [None] * len(group.last)
+
     def set_inputs(self) -> None:
         """Set the inputs that changed since they were last set."""
         values, handle = self._values, self.instance.handle

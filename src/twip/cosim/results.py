@@ -105,6 +105,8 @@ class Result:
     """Number of the signal that ended an interrupted run."""
     real_time: RealTime | None = None
     """Kept and missed deadlines of a run in real time."""
+    iterations: int = 0
+    """How often the steps of an iterated run were done, in all."""
     table: Table | None = field(default=None, repr=False)
     """All rows and events of a run that was given no sinks."""
 

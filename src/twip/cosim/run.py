@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .checkpoint import Checkpoint, InputDigest, Saving, identify
+from .coupling import Coupling
 from .delivery import Delivery, writing
 from .execution import Execution, vector
-from .experiment import Coupling, TimeGrid
+from .experiment import TimeGrid
 from .face import InstanceFace, PortsFace
 from .faults import Faults
 from .initialization import initialize
@@ -82,14 +83,19 @@ class Run:
         system, grid, self.inputs = self.system, self.grid, self.scenario.inputs
         self.first = self.steps = 0 if self.resumed is None else self.resumed.steps
         self.clock = np.array([grid.start])
-        plan = make_schedule(system, self.coupling.name, self.inputs.columns.tolist(), self.coupling.mid_step)
+        plan = make_schedule(system, self.coupling, self.inputs.columns.tolist())
         self.faults = Faults(self.scenario.faults, plan)
         self.schedule: Schedule = self.faults.schedule
         self._isolation = None if self.time_limit is None else Isolation(self.schedule, self.time_limit)
         self.values = vector(self.schedule.columns) if self._isolation is None else self._isolation.values
         self.warnings: list[str] = [*system.warnings, *self.scenario.warnings]
-        for loop in self.schedule.loops:
-            self.warnings.append(f"algebraic loop: {', '.join(f'{c}.{v}' for c, v in loop)}")
+        if self.coupling.name != "iterated":
+            for loop in self.schedule.loops:
+                self.warnings.append(
+                    f"algebraic loop: {loop}; under {self.coupling.name} a value in it is a step old"
+                    " (iterated coupling solves it; an output that does not follow an input at once should say so by"
+                    " its dependencies)"
+                )
         self.delivered = False
         self.saved: int | None = None
         self._identity = identify(system, grid, self.coupling, self.scenario)
@@ -129,6 +135,7 @@ class Run:
             checkpoint=self.saving.path if self.saving is not None and self.saved is not None else None,
             signal=self.interrupted.signal if interrupted else None,
             real_time=self.pacer.report if self.pacer is not None else None,
+            iterations=0 if execution is None else execution.iterations,
         )
 
     def _time_of(self, steps: int) -> float:
@@ -150,7 +157,7 @@ class Run:
         self.warnings += (
             warnings := initialize(
                 system,
-                make_schedule(system, "gauss-seidel", columns),
+                make_schedule(system, Coupling("gauss-seidel"), columns),
                 self.instances,
                 ports,
                 self.values,
@@ -164,9 +171,9 @@ class Run:
         if self.resumed is not None:
             self._restore(self.resumed, ports)
         driven = np.concatenate([self.inputs.columns, self.faults.driven])
-        execution = Execution(self.schedule, ports, self.values, driven, self.clock)
+        execution = Execution(self.schedule, ports, self.values, driven, self.clock, self.delivery.messages)
         if self.resumed is not None:
-            execution.previous[:] = self.resumed.previous
+            execution.go_on(grid, self.steps, self.resumed.samples)
         self.delivery.write(grid.times(self.steps, 0), execution.row[None, : self.faults.recorded].copy())
         self.delivered = True
         return execution
@@ -279,7 +286,7 @@ class Run:
             self.steps,
             self._digest.until(self.steps),
             execution.row,
-            execution.previous,
+            execution.samples,
             self.faults.memory,
             tuple(instance.save_state() for instance in self.instances),
         )

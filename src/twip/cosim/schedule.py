@@ -4,8 +4,13 @@ alike.
 All values of the system live in one float64 vector, the recorded row. A step runs stages in order. A stage first does
 its copies (`values[destination] = factor * values[source] + offset`, some of them looking ahead), then steps its
 components: set inputs, doStep, get outputs. Jacobi has one stage for all components; Gauss–Seidel has one per
-component, in feed-through order, so that a copy brings the value of the same step if the source has run, else of the
-one before. A last stage without components updates the connectors of the systems.
+component, in feed-through order or one given by hand, so that a copy brings the value of the same step if the source
+has run, else of the one before. A last stage without components updates the connectors of the systems.
+
+A component with a step of its own, m communication steps, takes part in every m-th step, the one in which its own step
+ends: then it gets its inputs and goes from where it is to the end of that step. Between, its outputs hold.
+
+Iterated coupling has stages like Gauss–Seidel, components of a cycle one after the other; these stages are repeated.
 """
 
 from collections.abc import Iterable
@@ -15,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
+from .coupling import Coupling, Iteration
+from .cycles import split
 from .feedthrough import evaluation_order
 from .fmu import RECORDED_TYPES, Variable
-from .ssd import COUPLINGS
 from .system import Component, Copy, System
 from .transformation import Mapping
 
@@ -49,6 +55,10 @@ class Schedule:
 
     coupling: str
     columns: int
+    names: tuple[str, ...]
+    """Of the columns: `component.variable` (columns)."""
+    nominal: NDArray[np.float64]
+    """Nominal value of a continuous Real; 0 for what does not take any value (columns)."""
     components: tuple[ComponentPorts, ...]
     """In the order of the file."""
     order: NDArray[np.int32]
@@ -63,14 +73,29 @@ class Schedule:
     factor: NDArray[np.float64]
     offset: NDArray[np.float64]
     """An offset of -0.0 keeps the sign of zero."""
-    lead: NDArray[np.float64]
-    """Share of a step by which a copy looks ahead, linearly from its last two values (copies); 0 for a plain copy."""
+    middle: NDArray[np.bool_]
+    """Whether a copy brings the value at the middle of its component's step, on the line through the source's last two
+    values (copies).
+    """
+    owner: NDArray[np.int32]
+    """Index of the component whose output a copy takes; that after the last component for a connector (copies)."""
+    every: NDArray[np.int64]
+    """Communication steps in a step of the component (components)."""
+    copy_every: NDArray[np.int64]
+    """The same for the component that takes a copy; 1 for a connector (copies)."""
     mappings: dict[int, Mapping]
     """By copy: the tables that replace values in place of factor and offset."""
     labels: tuple[str, ...]
     """Both ends of each copy, for messages (copies)."""
-    loops: tuple[tuple[tuple[str, str], ...], ...]
-    """Algebraic loops: the outputs (component, variable) that depend on each other."""
+    loops: tuple[str, ...]
+    """Algebraic loops, each as the way around it."""
+    cycles: tuple[tuple[int, int], ...]
+    """Stages that are repeated together, first and after the last; only under iterated coupling."""
+    iteration: Iteration
+
+    def members(self, cycle: tuple[int, int]) -> list[int]:
+        """Return the components of a cycle in the order of execution."""
+        return [int(i) for i in self.order[self.stage_order[cycle[0]] : self.stage_order[cycle[1]]]]
 
     def refusal(self, copy: int, value: float, time: float) -> TwipError:
         """Return the failure of a copy whose table does not have `value`."""
@@ -79,34 +104,40 @@ class Schedule:
         )
 
 
-def make_schedule(system: System, coupling: str, driven: Iterable[int] = (), mid_step: Iterable[str] = ()) -> Schedule:
+def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()) -> Schedule:
     """Plan a step of `system`; `driven` are the columns that the caller's inputs write.
 
-    `mid_step` names the inputs that are taken at the middle of a step: half a step ahead of a source that has not run
-    yet in this step, half a step behind one that has. An open connector that is not driven does not copy, so that the
-    inputs behind it keep their start values.
-    Raises `TwipError` for an unknown `coupling`.
+    An open connector that is not driven does not copy, so that the inputs behind it keep their start values.
     """
-    if coupling not in COUPLINGS:
-        raise TwipError(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}")
     idle = {connector.column for connector in system.open_connectors} - set(driven)
     copies = sorted((c for c in system.copies if c.source not in idle), key=lambda c: c.destination)
     owner = _owners(system)
+    sources = {owner[c.destination]: owner[c.source] for c in copies if c.destination in owner and c.source in owner}
     order = evaluation_order(
-        {c.name: {v.name: _feedthrough(c, v.name) for v in c.outputs} for c in system.components},
-        {owner[c.destination]: owner[c.source] for c in copies if c.destination in owner and c.source in owner},
+        {c.name: {v.name: _feedthrough(c, v.name) for v in c.outputs} for c in system.components}, sources
     )
+    cycles: list[tuple[int, int]] = []
+    in_order = list(coupling.order or order.components)
+    if coupling.name == "iterated":
+        blocks, in_order = split(order.components, sources), []
+        for names, is_cycle in blocks:
+            if is_cycle:
+                cycles.append((len(in_order), len(in_order) + len(names)))
+            in_order += names
     index = {component.name: i for i, component in enumerate(system.components)}
-    execution = [index[name] for name in order.components]
-    stages = [execution] if coupling == "jacobi" else [[i] for i in execution]
+    execution = [index[name] for name in in_order]
+    stages = [execution] if coupling.name == "jacobi" else [[i] for i in execution]
     stage_of = {system.components[i].name: s for s, stage in enumerate(stages) for i in stage}
     planned: list[list[Copy]] = [[] for _ in range(len(stages) + 1)]
     for copy in copies:
         planned[min((stage_of[name] for name in copy.used_by), default=len(stages))].append(copy)
     flat = [copy for stage in planned for copy in stage]
+    columns, every = system.columns, dict(coupling.own_steps)
     return Schedule(
-        coupling,
-        len(system.columns),
+        coupling.name,
+        len(columns),
+        tuple(columns),
+        _nominal(system),
         tuple(
             ComponentPorts(
                 c.name,
@@ -122,10 +153,15 @@ def make_schedule(system: System, coupling: str, driven: Iterable[int] = (), mid
         np.array([c.source for c in flat], np.int32),
         np.array([c.conversion.factor for c in flat], np.float64),
         np.array([c.conversion.offset for c in flat], np.float64),
-        np.array(_leads(system, planned, stage_of, owner, set(mid_step)), np.float64),
+        np.array([columns[c.destination] in coupling.mid_step for c in flat], np.bool_),
+        np.array([index[owner[c.source][0]] if c.source in owner else len(index) for c in flat], np.int32),
+        np.array([every.get(c.name, 1) for c in system.components], np.int64),
+        np.array([every.get(owner[c.destination][0], 1) if c.destination in owner else 1 for c in flat], np.int64),
         {i: c.mapping for i, c in enumerate(flat) if c.mapping is not None},
         tuple(c.label for c in flat),
-        order.loops,
+        order.paths,
+        tuple(cycles),
+        coupling.iteration,
     )
 
 
@@ -135,21 +171,13 @@ def _feedthrough(component: Component, name: str) -> frozenset[str]:
     return known[name] if name in known else frozenset(v.name for v in component.inputs)
 
 
-def _leads(
-    system: System,
-    planned: list[list[Copy]],
-    stage_of: dict[str, int],
-    owner: dict[int, tuple[str, str]],
-    mid_step: set[str],
-) -> list[float]:
-    names = system.columns
-    leads = []
-    for stage, copies in enumerate(planned):
-        for copy in copies:
-            source = owner.get(copy.source)
-            has_run = source is not None and stage_of[source[0]] < stage
-            leads.append((-0.5 if has_run else 0.5) if names[copy.destination] in mid_step else 0.0)
-    return leads
+def _nominal(system: System) -> NDArray[np.float64]:
+    nominal = np.zeros(len(system.columns))
+    for component in system.components:
+        for i, variable in enumerate(component.inputs + component.outputs):
+            if variable.recorded_type == "Real" and variable.variability == "continuous":
+                nominal[system.first_column[component.name] + i] = variable.nominal or 1.0
+    return nominal
 
 
 def _owners(system: System) -> dict[int, tuple[str, str]]:

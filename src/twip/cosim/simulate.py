@@ -5,15 +5,17 @@ import dataclasses
 import math
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 
 from ..errors import TwipError
 from ..interrupts import deferred_interrupt
+from .algorithm import Algorithm
 from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
+from .coupling import Coupling
 from .delivery import Delivery, writing
-from .experiment import Coupling, TimeGrid, time_grid
+from .experiment import TimeGrid, time_grid
 from .interrupt import InterruptFlag
 from .isolation import TIME_LIMIT
 from .loop import PythonLoop
@@ -21,6 +23,7 @@ from .pace import Pacer
 from .problems import Problems
 from .record import Sink
 from .results import Result, Table
+from .rollback import repeatable
 from .run import LoopKind, Run
 from .scenario_file import read_scenario
 from .system import System, cannot_share_a_process
@@ -37,6 +40,10 @@ def simulate(
     step_size: float | None = None,
     coupling: str | None = None,
     mid_step: Sequence[str] | None = None,
+    order: Sequence[str] | None = None,
+    own_steps: Mapping[str, float] | None = None,
+    iteration_tolerance: float | None = None,
+    maximum_iterations: int | None = None,
     input_file: str | os.PathLike[str] | None = None,
     scenario: str | os.PathLike[str] | None = None,
     sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] | None = None,
@@ -50,16 +57,21 @@ def simulate(
     resume: str | os.PathLike[str] | None = None,
     real_time: float | None = None,
 ) -> Result:
-    """Run `system`; times and step in s, `coupling` `jacobi` or `gauss-seidel`.
+    """Run `system`; times and step in s, `coupling` `jacobi`, `gauss-seidel` or `iterated`.
 
     `mid_step` names inputs (`component.variable`) that are taken at the middle of each step, on the line through the
-    source's last two values. What is not given comes from the system's description, then from the FMUs; a given
-    `coupling` leaves the description's mid-step inputs aside. `input_file` is a CSV file that drives open inputs,
-    `scenario` a TOML file with time series, parameter changes and faults (docs/scenarios.md). The `sinks`, or what they
-    return when they are a function of the time grid, called after all checks, get row 0 (the values at the start time),
-    then the row of each finished step, and are closed in the end, however it comes; without sinks the result keeps all
-    rows in memory. `progress` is called with the
-    simulated time after each chunk, `notice` with a sentence before something that takes a while. `loop` is `compiled`
+    source's last two values. `order` names all components in the order in which Gauss–Seidel is to run them, instead of
+    that of their feed-through. `own_steps` gives components a step of their own in s, a whole multiple of `step_size`.
+    Iterated steps are repeated until coupling variables change by less than `iteration_tolerance`, relative to
+    magnitude or nominal value (default 1e-8), at most `maximum_iterations` times (default 50).
+    What is not given comes from the system's description, then from the FMUs; a given `coupling` leaves the
+    description's mid-step inputs, order and iteration aside.
+
+    `input_file` is a CSV file that drives open inputs, `scenario` a TOML file with time series, parameter changes and
+    faults (docs/scenarios.md). The `sinks`, or what they return when they are a function of the time grid, called after
+    all checks, get row 0 (the values at the start time), then the row of each finished step, and are closed in the end,
+    however it comes; without sinks the result keeps all rows in memory. `progress` is called with the simulated time
+    after each chunk, `notice` with a sentence before something that takes a while. `loop` is `compiled`
     (the default where numba is installed) or `python`; the results are the same. Ctrl-C (as SIGTERM and SIGHUP) ends
     the run between two steps; the result says so.
 
@@ -82,12 +94,23 @@ def simulate(
         given = () if callable(sinks) else [table] if table is not None else sinks or ()
         for sink in given:
             closing.callback(_close, sink)
-        kind = _choose_loop(loop, isolate)
+        if isolate and loop == "compiled":
+            raise TwipError("loop 'compiled' calls FMUs in this process: isolated ones need loop 'python'")
         limit = _time_limit(isolate, time_limit)
         if not isolate and (crowded := cannot_share_a_process(system)):
             raise TwipError("\n".join(crowded))
         grid = time_grid(system, start_time, stop_time, step_size)
-        plan = Coupling.of(system, coupling, mid_step)
+        asked = Algorithm(
+            coupling=coupling,
+            mid_step=None if mid_step is None else tuple(mid_step),
+            order=None if order is None else tuple(order),
+            own_steps=own_steps,
+            iteration_tolerance=iteration_tolerance,
+            maximum_iterations=maximum_iterations,
+        )
+        plan = Coupling.of(system, grid, asked.over(system.experiment.algorithm))
+        kind = _choose_loop(loop, isolate, plan)
+        repeatable(system, plan)
         problems = Problems()
         planned = read_scenario(scenario, input_file, system, grid, problems)
         problems.raise_any()
@@ -136,16 +159,14 @@ def _time_limit(isolate: bool, given: float | None) -> float | None:
     return limit
 
 
-def _choose_loop(name: str | None, isolate: bool) -> LoopKind:
+def _choose_loop(name: str | None, isolate: bool, coupling: Coupling) -> LoopKind:
     """Return a loop by its name; None stands for the best that can run here."""
-    if isolate:
-        if name == "compiled":
-            raise TwipError("loop 'compiled' calls FMUs in this process: isolated ones need loop 'python'")
-        name = "python"
     compiles = find_spec("numba") is not None
-    name = name or ("compiled" if compiles else "python")
+    name = name or ("compiled" if compiles and not isolate and not coupling.repeats else "python")
     if name not in LOOPS:
         raise TwipError(f"loop {name!r} must be one of {', '.join(LOOPS)}")
+    if coupling.repeats and name != "python":
+        raise TwipError(f"loop {name!r} cannot repeat steps, as {coupling.repeats}: take loop 'python'")
     if name == "python":
         return LoopKind(PythonLoop, lambda: True)
     if not compiles:

@@ -1,17 +1,16 @@
 """System structure descriptions (`.ssd`) of SSP 1.0 and 2.0: the file as plain data, nothing resolved yet."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from .algorithm import Algorithm, read_algorithm
 from .document import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader, name_of
 from .elements import read_system
-from .problems import Place, Problems
+from .problems import Problems
 from .schemas import valid
 from .source import Location
 from .structure import Document, SystemElement
 from .units import read_units
 from .value_types import read_enumerations
-
-COUPLINGS = ("jacobi", "gauss-seidel")
 
 
 @dataclass(frozen=True)
@@ -20,10 +19,7 @@ class Experiment:
 
     start_time: float | None = None
     stop_time: float | None = None
-    step_size: float | None = None
-    coupling: str | None = None
-    mid_step: tuple[tuple[str, Place], ...] = ()
-    """Inputs (`component.variable`) that are to be taken at the middle of a step."""
+    algorithm: Algorithm = field(default_factory=Algorithm)
 
 
 @dataclass(frozen=True)
@@ -58,8 +54,8 @@ def read_description(root: Element, location: Location, problems: Problems) -> D
 
 def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
     experiment = reader.child(root, "DefaultExperiment")
-    start = stop = step = coupling = None
-    mid_step: list[tuple[str, Place]] = []
+    start = stop = None
+    algorithm = Algorithm()
     hosts = [root, top]
     if experiment is not None:
         hosts.insert(0, experiment)
@@ -71,19 +67,5 @@ def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
             continue
         if annotation.getparent() not in known:
             reader.problems.add(f"annotation {ANNOTATION} has no meaning here", reader.place(annotation))
-        for item in annotation.iterchildren("{*}*"):
-            if item.tag.rpartition("}")[2] != "Algorithm":
-                reader.problems.add(f"{item.tag} in annotation {ANNOTATION} is not supported", reader.place(item))
-                continue
-            reader.attributes(item, {"coupling", "stepSize"})
-            step = reader.number(item, "stepSize", step)
-            coupling = item.get("coupling", coupling)
-            if coupling is not None and coupling not in COUPLINGS:
-                reader.problems.add(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}", reader.place(item))
-            for child in item.iterchildren("{*}*"):
-                if child.tag.rpartition("}")[2] != "MidStep":
-                    reader.problems.add(f"{child.tag} in Algorithm is not supported", reader.place(child))
-                    continue
-                reader.attributes(child, {"input"})
-                mid_step.append((reader.required(child, "input"), reader.place(child)))
-    return Experiment(start, stop, step, coupling, tuple(mid_step))
+        algorithm = read_algorithm(reader, annotation, algorithm)
+    return Experiment(start, stop, algorithm)

@@ -1,8 +1,7 @@
 """A checked system, ready to run: components, their values before initialization, and the copies between them."""
 
-import difflib
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from .archive import Workspace, unpack
@@ -86,8 +85,6 @@ class System:
     open_connectors: tuple[OpenConnector, ...]
     parameter_links: tuple[ParameterLink, ...]
     experiment: Experiment
-    mid_step: tuple[str, ...]
-    """Inputs that the file wants taken at the middle of a step."""
     warnings: tuple[str, ...]
     """What is odd, yet allowed by the standard."""
     sources: dict[str, dict[str, str]]
@@ -179,16 +176,3 @@ def cannot_share_a_process(system: System) -> list[str]:
         for same in users.values()
         if len(same) > 1
     ]
-
-
-def mid_step_problem(name: str, components: Sequence[Component], copies: Sequence[Copy], names: Sequence[str]) -> str:
-    """Return why the input `name` (`component.variable`) cannot be taken at the middle of a step, or nothing."""
-    inputs = {f"{c.name}.{v.name}": v for c in components for v in c.inputs}
-    if name not in inputs:
-        close = difflib.get_close_matches(name, inputs, 1)
-        return f"there is no input {name}" + (f", did you mean {close[0]}?" if close else "")
-    if inputs[name].recorded_type != "Real" or inputs[name].variability != "continuous":
-        return f"input {name} is not continuous and cannot be taken at the middle of a step"
-    if names.index(name) not in {copy.destination for copy in copies}:
-        return f"input {name} is not connected and cannot be taken at the middle of a step"
-    return ""

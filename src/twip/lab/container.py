@@ -57,11 +57,15 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
 
 def _otherwise(system: System) -> list[str]:
     """Return what of the system's own way to run a container does not keep."""
-    result = []
-    if system.experiment.coupling == "gauss-seidel":
+    result, algorithm = [], system.experiment.algorithm
+    if algorithm.coupling == "gauss-seidel":
         result.append("components exchange values once per step (Jacobi), not one after the other (Gauss–Seidel)")
-    if system.mid_step:
-        result.append(f"inputs are not taken at the middle of a step: {', '.join(system.mid_step)}")
+    if algorithm.coupling == "iterated":
+        result.append("components exchange values once per step (Jacobi), which is not repeated")
+    if algorithm.mid_step:
+        result.append(f"inputs are not taken at the middle of a step: {', '.join(algorithm.mid_step)}")
+    if algorithm.own_steps:
+        result.append(f"components have no step of their own: {', '.join(algorithm.own_steps)}")
     if system.experiment.start_time:
         result.append(f"the proposed start time is 0 s, not {system.experiment.start_time:g} s")
     return result

@@ -1,0 +1,41 @@
+"""Fixed points x = g(x), where each evaluation is dear: Anderson acceleration.
+
+D. G. Anderson, Iterative procedures for nonlinear integral equations, J. ACM 12 (1965); in co-simulation known as
+interface quasi-Newton with least squares. From the last evaluations it learns how the residual r = g(x) - x answers to
+x, and goes where it would vanish if that were linear: n unknowns of a linear problem are found in n + 2 evaluations,
+also where repeated substitution diverges.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+_MEMORY = 8
+"""Most differences between evaluations that are kept."""
+_INDEPENDENT = 1e-10
+"""Smallest singular value, relative to the largest, of differences that count as independent."""
+
+Vector = NDArray[np.float64]
+
+
+class Acceleration:
+    """Proposes the next point from the points and values so far."""
+
+    def __init__(self, accelerated: NDArray[np.bool_]):
+        """`accelerated` (n,) tells which unknowns may take any value; others take what g gives."""
+        self._accelerated = accelerated
+        self._points: list[Vector] = []
+        self._residuals: list[Vector] = []
+
+    def propose(self, point: Vector, value: Vector, scale: Vector) -> Vector:
+        """Return the next point after g(`point`) = `value`; unknowns are weighted by 1 / `scale` (n,)."""
+        free = self._accelerated
+        self._points.append(point[free])
+        self._residuals.append(value[free] - point[free])
+        del self._points[: -_MEMORY - 1], self._residuals[: -_MEMORY - 1]
+        proposed = value.copy()
+        if len(self._points) > 1 and free.any():
+            points, residuals = np.diff(self._points, axis=0).T, np.diff(self._residuals, axis=0).T
+            weight = 1.0 / scale[free]
+            share = np.linalg.lstsq(residuals * weight[:, None], self._residuals[-1] * weight, rcond=_INDEPENDENT)[0]
+            proposed[free] -= (points + residuals) @ share
+        return proposed

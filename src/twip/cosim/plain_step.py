@@ -1,0 +1,90 @@
+"""One communication step in plain Python."""
+
+from .execution import Execution
+
+Interval = tuple[float, float]
+"""Beginning and end."""
+
+
+class PlainStep:
+    """Does single communication steps of an execution, as its schedule says when this is made."""
+
+    def __init__(self, execution: Execution):
+        plan = execution.schedule
+        arrays = (
+            plan.destination, plan.source, plan.factor, plan.offset, plan.copy_every, plan.middle, plan.owner,
+        )  # fmt: skip
+        copies = list(enumerate(zip(*(a.tolist() for a in arrays), strict=True)))
+        every = plan.every.tolist()
+        self._stages = [
+            (
+                copies[plan.stage_copies[s] : plan.stage_copies[s + 1]],
+                [(i, every[i]) for i in plan.order[plan.stage_order[s] : plan.stage_order[s + 1]].tolist()],
+            )
+            for s in range(len(plan.stage_order) - 1)
+        ]
+        self._driven = list(zip(execution.driven.tolist(), execution.driven_every.tolist(), strict=True))
+        self._execution = execution
+
+    def do(
+        self, turn: int, times: Interval, step_size: float, driven: list[float], positions: Interval | None = None
+    ) -> None:
+        """Do the `turn`-th step (from 1), over `times` in s, with the `driven` values at its beginning.
+
+        `positions` is where the step begins and ends on the scale of `Execution.reached`; without it, communication
+        steps. Raises `TwipError` when a component fails.
+        """
+        values, reached = self._execution.values, self._execution.reached
+        begin, end = (turn - 1.0, float(turn)) if positions is None else positions
+        reached[-1] = begin
+        for (column, every), value in zip(self._driven, driven, strict=True):
+            if turn % every == 0:
+                values[column] = value
+        self._do_stages(turn, times, step_size, (begin, end))
+
+    def _do_stages(self, turn: int, times: Interval, step_size: float, positions: Interval) -> None:
+        for stage in range(len(self._stages)):
+            self._do_stage(stage, turn, times, step_size, positions)
+
+    def _do_stage(self, stage: int, turn: int, times: Interval, step_size: float, positions: Interval) -> None:
+        values, reached, (begin, end) = self._execution.values, self._execution.reached, positions
+        copies, components = self._stages[stage]
+        mappings = self._execution.schedule.mappings
+        for index, (destination, source, factor, offset, every, middle, owner) in copies:
+            if turn % every == 0:
+                value = factor * values[source] + offset
+                if index in mappings:
+                    mapped = mappings[index](int(value))
+                    if mapped is None:
+                        raise self._execution.schedule.refusal(index, value, float(self._execution.clock[0]))
+                    value = float(mapped)
+                if middle:
+                    value = self._at(end - 0.5 * every * (end - begin), index, value, float(reached[owner]))
+                values[destination] = value
+        for component, every in components:
+            if turn % every == 0:
+                self._step(component, every, times, step_size)
+                reached[component] = end
+
+    def _at(self, wanted: float, copy: int, value: float, position: float) -> float:
+        """Return the value of a copy at the position `wanted`, on the line through the source's last two values; the
+        newest is `value`, at `position`.
+        """
+        samples = self._execution.samples
+        sample: list[float] = samples[:, copy].tolist()
+        newer, newer_at, older, older_at = sample
+        if position > newer_at:
+            older, older_at = newer, newer_at
+        samples[:, copy] = value, position, older, older_at
+        return value + (wanted - position) / (position - older_at) * (value - older)
+
+    def _step(self, component: int, every: int, times: Interval, step_size: float) -> None:
+        execution = self._execution
+        port, clock = execution.ports[component], execution.clock
+        begin = times[0] if every == 1 else float(execution.since[component])
+        clock[0] = times[0]
+        port.set_inputs()
+        port.instance.step(begin, every * step_size)
+        clock[0] = times[1]
+        port.get_outputs()
+        execution.since[component] = times[1]
