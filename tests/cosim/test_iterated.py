@@ -54,6 +54,12 @@ def test_an_algebraic_loop_is_solved_at_every_step(parts, gain):
     assert result.iterations <= 4 * result.steps  # one unknown of a linear problem: three, and one for the rounding
 
 
+def test_isolated_fmus_go_back_too(parts):
+    path = algebraic(parts, -2.0)
+    (here, _), (isolated, _) = run(path, step_size=0.1), run(path, step_size=0.1, isolate=True)
+    assert isolated.values.tobytes() == here.values.tobytes()
+
+
 def test_the_tolerance_is_kept(parts):
     errors = []
     for tolerance in (1e-3, 1e-6, 1e-10):
