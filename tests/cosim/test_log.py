@@ -30,7 +30,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from twip.cosim import playback
 from twip.cosim.log import Attachment, McapLog
-from twip.cosim.log_schema import WIRES, descriptor, field_numbers, layout, topics, unique_identifiers
+from twip.cosim.log_schema import PLAIN_TYPES, WIRES, descriptor, field_numbers, layout, topics, unique_identifiers
 from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 
@@ -217,7 +217,7 @@ def test_no_rows(tmp_path):
 @pytest.mark.parametrize("count", [1, 15, 16, 300, 2050])
 def test_tags_of_every_length(tmp_path, count):
     """Field numbers from 16 on take two bytes, from 2048 on three."""
-    kinds = list(WIRES)
+    kinds = list(PLAIN_TYPES.values())
     described = [Channel("plant", tuple(Signal(f"v{i}", kinds[i % 7 % 3], None, "output") for i in range(count)))]
     times, rows = table(described, 9)
     with McapLog(tmp_path / "a.mcap", described, {}) as log:

@@ -109,13 +109,13 @@ class _Assembly:
         ]
         outputs = tuple(sorted((*outputs, *more), key=lambda v: RECORDED_TYPES.index(v.recorded_type)))
         values = [value for key, value in self.assignments.variables.items() if key[0] == path]
-        strings = [
+        unread = [
             v.name
             for v in fmu.variables.values()
             if v.causality in ("input", "output") and v.recorded_type not in RECORDED_TYPES
         ]
-        if strings:
-            self.problems.warn(f"{path}: variables of type String are not recorded: {', '.join(strings)}")
+        if unread:
+            self.problems.warn(f"{path}: variables of type Binary are not read or set: {', '.join(unread)}")
         return Component(path, fmu, fmu.ports("input"), outputs, tuple(values))
 
     def _parameter_links(self, index: dict[Key, int]) -> tuple[ParameterLink, ...]:

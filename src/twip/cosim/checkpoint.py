@@ -12,7 +12,8 @@ import math
 import os
 import pathlib
 import zipfile
-from dataclasses import dataclass
+import zlib
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from .inputs import InputSeries
 from .record import columns
 from .scenario import Scenario
 from .system import System
+from .texts import number_of, text_of
 
 FORMAT = "twip.checkpoint 2"
 _ROUNDING = 1e-6
@@ -51,6 +53,16 @@ class Checkpoint:
     """What faults of the scenario hold back, the histories of all delays one after the other."""
     states: tuple[bytes, ...]
     """Serialized states of the components, in the order of the file."""
+    texts: dict[int, str] = field(default_factory=dict)
+    """The values of String variables by column; `values` has zeros there."""
+
+    @property
+    def row(self) -> NDArray[np.float64]:
+        """The row of the last finished step as the vector holds it (columns,)."""
+        row = self.values.copy()
+        for column, text in self.texts.items():
+            row[column] = number_of(text)
+        return row
 
     def write(self, path: pathlib.Path) -> None:
         """Replace the file at `path` in one go: a reader finds the old or the new one. Raises `OSError`."""
@@ -60,7 +72,7 @@ class Checkpoint:
             "steps": self.steps,
             "inputs": self.inputs,
             "sizes": self._sizes(),
-        }
+        } | ({"texts": {str(column): text for column, text in self.texts.items()}} if self.texts else {})
         members = {
             "checkpoint.json": json.dumps(header, indent=1, sort_keys=True).encode(),
             "values": self.values.astype("<f8").tobytes(),
@@ -103,7 +115,10 @@ class Checkpoint:
                     np.frombuffer(archive.read("samples"), "<f8").astype(np.float64).reshape(4, -1),
                     np.frombuffer(archive.read("delayed"), "<f8").astype(np.float64),
                     tuple(archive.read(f"states/{i}") for i in range(states)),
+                    {int(column): str(text) for column, text in header.get("texts", {}).items()},
                 )
+            if not all(0 <= column < len(found.values) for column in found.texts):
+                raise ValueError("a text is out of place")
             if found._sizes() != header["sizes"]:
                 raise ValueError("something is missing")
             return found
@@ -141,6 +156,7 @@ def identify(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scena
     """Return what makes a run this run and no other."""
     names = system.columns
     components = [component.name for component in system.components]
+    signals = [signal for channel in system.channels for signal in channel.signals]
     result: Identity = {
         "system": system.name,
         "start time [s]": grid.start,
@@ -157,7 +173,8 @@ def identify(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scena
             result[f"start value {component.name}.{start.variable.name}"] = start.value
     for connector in system.open_connectors:
         if connector.start is not None:
-            result[f"start value {names[connector.column]}"] = connector.start
+            is_text = signals[connector.column].type == "String"
+            result[f"start value {names[connector.column]}"] = text_of(connector.start) if is_text else connector.start
     for copy in system.copies:
         factor, offset = copy.conversion.factor, copy.conversion.offset
         mapped = "" if copy.mapping is None else f" by {sorted(copy.mapping.table.items())}, {copy.mapping.keeps}"
@@ -181,7 +198,12 @@ class InputDigest:
         while self._steps < steps:
             count = min(_BLOCK, steps - self._steps)
             times = self._grid.times(self._steps, count)[:-1]
-            self._hash.update(self._inputs.at(times, self._grid.step_size).astype("<f8").tobytes())
+            values = self._inputs.at(times, self._grid.step_size).astype("<f8")
+            for column in self._inputs.texts:
+                values[:, column] = [
+                    zlib.crc32(text_of(number).encode("utf-8", "replace")) for number in values[:, column]
+                ]
+            self._hash.update(values.tobytes())
             self._steps += count
         return self._hash.hexdigest()
 

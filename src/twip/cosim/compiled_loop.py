@@ -16,17 +16,34 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from ..errors import TwipError
+from .component import UNFIT
 from .execution import Execution
 from .native import DECLINED, NO_FUNCTIONS, native_functions
 from .ports import InputGroup, OutputGroup, Ports
+from .scalar_types import EXACT, TYPES
 from .schedule import Schedule
 
 IntTable = NDArray[np.int64]
 
-KINDS = {"Real": 0, "Integer": 1, "Boolean": 2}
-KIND, FIRST, SIZE, REFERENCES, HANDLE, FUNCTION, FMI_HANDLE, FMI_FUNCTION = range(8)
+KINDS = {
+    False: {"Real": 0, "String": 0, "Integer": 1, "Boolean": 2},
+    True: {
+        "Real": 3, "String": 3, "Float32": 4, "Int8": 5, "UInt8": 6, "Int16": 7, "UInt16": 8, "Integer": 9,
+        "UInt32": 10, "Int64": 11, "UInt64": 12, "Boolean": 13,
+    },
+}  # fmt: skip
+"""By whether the function is told the number of values (FMI 3): from 3 on. A String is a float64, see `text_access`."""
+FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64 = range(3, 13)
+_TYPE_OF = {kind: TYPES[name] for kinds in KINDS.values() for name, kind in kinds.items() if name != "String"}
+LEAST, MOST = (
+    np.array([np.clip(bound, -EXACT, EXACT) for bound in bounds], np.float64)
+    for bounds in zip(*((t.minimum, t.maximum) for _, t in sorted(_TYPE_OF.items())), strict=True)
+)
+"""Bounds of whole numbers by kind."""
+KIND, FIRST, SIZE, REFERENCES, VARIABLES, HANDLE, FUNCTION, FMI_HANDLE, FMI_FUNCTION = range(9)
 """Columns of a table of groups: variables of one type of a component, and the function that sets or gets them (a native
-one, if the component has it) with its first argument; then those of FMI, for what a native one declines.
+one, if the component has it) with its first argument; then those of FMI, for what a native one declines. In FMI 3, the
+sizes of the variables follow their references.
 """
 FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE, UNMAPPED = range(7)
 """How a run of steps ended."""
@@ -45,7 +62,41 @@ def call_access(typing, function, component, references, count, buffer):  # type
 
 
 @intrinsic
-def call_step(typing, function, component, time, step_size):  # type: ignore[no-untyped-def] # noqa: ARG001
+def call_sized_access(typing, function, component, references, count, buffer, size):  # type: ignore[no-untyped-def] # noqa: ARG001
+    """Call a getter or setter of FMI 3, which also takes the number of values; see `call_access`."""
+
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
+        word = context.get_value_type(types.int64)
+        prototype = ir.FunctionType(context.get_value_type(types.int32), [word] * 5)
+        return builder.call(builder.inttoptr(values[0], prototype.as_pointer()), values[1:])
+
+    return types.int32(*[types.int64] * 6), generate
+
+
+@intrinsic
+def call_step_fmi3(typing, block, component, time, step_size):  # type: ignore[no-untyped-def] # noqa: ARG001
+    """Do a step of FMI 3 with the block of memory at an address (see `instance_fmi3`); return status and flags."""
+
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
+        word, real, flag = (context.get_value_type(t) for t in (types.int64, types.float64, types.int32))
+        byte = ir.IntType(8)
+        prototype = ir.FunctionType(flag, [word, real, real, byte, word, word, word, word])
+        addresses = [builder.add(values[0], ir.Constant(word, 8 * i)) for i in range(5)]
+        pointers = [builder.inttoptr(address, word.as_pointer()) for address in addresses]
+        for pointer in pointers[1:4]:
+            builder.store(ir.Constant(word, 0), pointer)
+        function = builder.inttoptr(builder.load(pointers[0]), prototype.as_pointer())
+        status = builder.call(function, [*values[1:], ir.Constant(byte, 1), *addresses[1:]])
+        ended = builder.or_(builder.load(pointers[2]), builder.load(pointers[3]))
+        unfit = builder.icmp_unsigned("!=", ended, ir.Constant(word, 0))
+        succeeded = builder.icmp_signed("<=", status, ir.Constant(flag, 1))
+        return builder.select(builder.and_(unfit, succeeded), ir.Constant(flag, UNFIT), status)
+
+    return types.int32(types.int64, types.int64, types.float64, types.float64), generate
+
+
+@intrinsic
+def call_step_fmi2(typing, function, component, time, step_size):  # type: ignore[no-untyped-def] # noqa: ARG001
     """Call fmi2DoStep at its address, with noSetFMUStatePriorToCurrentPoint true."""
 
     def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
@@ -57,8 +108,123 @@ def call_step(typing, function, component, time, step_size):  # type: ignore[no-
 
 
 @njit(cache=True)
+def call_step(stepper, handle, time, step_size):  # type: ignore[no-untyped-def]
+    """Do a step of an instance by its `stepper`; return the status."""
+    if stepper > 0:
+        return call_step_fmi2(stepper, handle, time, step_size)
+    return call_step_fmi3(-stepper, handle, time, step_size)
+
+
+@njit(cache=True)
+def is_whole(kind, value):  # type: ignore[no-untyped-def]
+    """Tell whether a value is a whole number within the bounds of its kind."""
+    return LEAST[kind] <= value <= MOST[kind] and value == np.floor(value)
+
+
+@njit(cache=True)
+def store(kind, scratch, position, value):  # type: ignore[no-untyped-def]
+    """Write a value of FMI 3 at a position of the scratch memory (int32, 8 bytes per value); False if it is unfit."""
+    if kind == FLOAT64:
+        scratch.view(np.float64)[position] = value
+        return True
+    if kind == FLOAT32:
+        scratch.view(np.float32)[position] = value
+        return np.isfinite(np.float32(value))
+    if not is_whole(kind, value):
+        return False
+    if kind == INT8:
+        scratch.view(np.int8)[position] = np.int8(value)
+    elif kind == INT16:
+        scratch.view(np.int16)[position] = np.int16(value)
+    elif kind == UINT16:
+        scratch.view(np.uint16)[position] = np.uint16(value)
+    elif kind == INT32:
+        scratch[position] = np.int32(value)
+    elif kind == UINT32:
+        scratch.view(np.uint32)[position] = np.uint32(value)
+    elif kind in (INT64, UINT64):
+        scratch.view(np.int64)[position] = np.int64(value)
+    else:
+        scratch.view(np.uint8)[position] = np.uint8(value)
+    return True
+
+
+@njit(cache=True)
+def load(kind, scratch, position):  # type: ignore[no-untyped-def]
+    """Return a value of FMI 3 from the scratch memory; NaN where float64 does not hold it exactly."""
+    if kind == FLOAT32:
+        return np.float64(scratch.view(np.float32)[position])
+    if kind == INT8:
+        return np.float64(scratch.view(np.int8)[position])
+    if kind == UINT8:
+        return np.float64(scratch.view(np.uint8)[position])
+    if kind == INT16:
+        return np.float64(scratch.view(np.int16)[position])
+    if kind == UINT16:
+        return np.float64(scratch.view(np.uint16)[position])
+    if kind == INT32:
+        return np.float64(scratch[position])
+    if kind == UINT32:
+        return np.float64(scratch.view(np.uint32)[position])
+    if kind in (INT64, UINT64):
+        value = scratch.view(np.int64)[position]  # an unsigned one from 2**63 on is negative here
+        return np.float64(value) if (-EXACT if kind == INT64 else 0) <= value <= EXACT else np.nan
+    return 1.0 if scratch.view(np.uint8)[position] != 0 else 0.0
+
+
+@njit(cache=True)
+def set_variables(group, values, last, references, changed, scratch):  # type: ignore[no-untyped-def]
+    """Do what `set_changed` does for FMI 3, where a variable may have several columns."""
+    kind, column = group[KIND], group[FIRST]
+    first_size = group[REFERENCES] + group[VARIABLES]
+    count = total = 0
+    for j in range(group[VARIABLES]):
+        end = column + np.int64(references[first_size + j])
+        differs = False
+        for i in range(column, end):
+            if kind == FLOAT32:
+                values[i] = np.float64(np.float32(values[i]))
+            if values[i] != last[i]:
+                differs = True
+        if differs:
+            changed[count] = references[group[REFERENCES] + j]
+            count += 1
+            for i in range(column, end):
+                if not store(kind, scratch, total, values[i]):
+                    return np.int32(UNFIT)
+                last[i] = values[i]
+                total += 1
+        column = end
+    if count == 0:
+        return np.int32(0)
+    buffers = np.int64(changed.ctypes.data), np.int64(scratch.ctypes.data)
+    return call_sized_access(
+        group[FMI_FUNCTION], group[FMI_HANDLE], buffers[0], np.int64(count), buffers[1], np.int64(total)
+    )
+
+
+@njit(cache=True)
+def get_variables(group, values, references, scratch):  # type: ignore[no-untyped-def]
+    """Do what `get_all` does for FMI 3."""
+    kind, first, size = group[KIND], group[FIRST], group[SIZE]
+    wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
+    buffer = np.int64(values.ctypes.data) + 8 * first if kind == FLOAT64 else np.int64(scratch.ctypes.data)
+    status = call_sized_access(group[FMI_FUNCTION], group[FMI_HANDLE], wanted, group[VARIABLES], buffer, size)
+    if status > 1:
+        return status
+    for i in range(size):
+        value = values[first + i] if kind == FLOAT64 else load(kind, scratch, i)
+        if not np.isfinite(value):
+            return np.int32(UNFIT)
+        values[first + i] = value
+    return status
+
+
+@njit(cache=True)
 def set_changed(group, values, last, references, changed, reals, integers):  # type: ignore[no-untyped-def]
-    """Set the inputs of a group that differ from what was set last; return the FMI status."""
+    """Set the inputs of a group that differ from what was set last; return the FMI status, or `UNFIT`."""
+    if group[KIND] > 2:
+        return set_variables(group, values, last, references, changed, integers)
     count = 0
     for i in range(group[SIZE]):
         column = group[FIRST] + i
@@ -68,8 +234,10 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
             changed[count] = references[group[REFERENCES] + i]
             if group[KIND] == 0:
                 reals[count] = value
-            else:
+            elif is_whole(group[KIND], value):
                 integers[count] = np.int32(value)
+            else:
+                return np.int32(UNFIT)
             count += 1
     if count == 0:
         return np.int32(0)
@@ -83,7 +251,9 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
 
 @njit(cache=True)
 def get_all(group, values, references, integers):  # type: ignore[no-untyped-def]
-    """Get the outputs of a group, reals straight into the vector; return the FMI status."""
+    """Get the outputs of a group, reals straight into the vector; return the FMI status, or `UNFIT`."""
+    if group[KIND] > 2:
+        return get_variables(group, values, references, integers)
     first = group[FIRST]
     wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
     if group[KIND] == 0:
@@ -193,12 +363,13 @@ def group_table(
     rows, first = [], [0]
     for own, (handle, argument, function) in zip(groups, calls, strict=True):
         for group in own:
-            fmi = handle, address(group.call)
-            call = (argument, function) if group.type == "Real" and function else fmi
-            rows.append((KINDS[group.type], group.first, len(group.value_references), len(references), *call, *fmi))
-            references += group.value_references
+            kind, fmi = KINDS[group.counts_values][group.type], (handle, address(group.call))
+            call = (argument, function) if group.type == "Real" and function and not group.counts_values else fmi
+            variables = len(group.value_references)
+            rows.append((kind, group.first, group.size, len(references), variables, *call, *fmi))
+            references += group.value_references + (group.sizes if group.counts_values else [])
         first.append(len(rows))
-    return np.array(rows, np.int64).reshape(-1, 8), np.array(first, np.int64)
+    return np.array(rows, np.int64).reshape(-1, 9), np.array(first, np.int64)
 
 
 def mapping_table(plan: Schedule) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
@@ -260,7 +431,7 @@ class CompiledLoop:
             plan.middle, plan.owner, plan.every, plan.copy_every, *mapping_table(plan),
             self.steppers,
             setters, first_setter, getters, first_getter, np.array(references, np.uint32),
-            np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(widest, np.int32), self._failed,
+            np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(2 * widest, np.int32), self._failed,
         )  # fmt: skip
 
     def run(
@@ -288,6 +459,11 @@ class CompiledLoop:
             groups: Sequence[InputGroup | OutputGroup] = port.inputs if ending == SET else port.outputs
             if ending == STEP:
                 port.instance.check_step(status)
+            if status == UNFIT and ending == SET:
+                port.refuse_input(port.inputs[group])
+            if status == UNFIT:
+                port.outputs[group].read(port.instance.handle)  # into the plain loop's buffer
+                port.refuse(port.outputs[group])
             port.instance.check(groups[group].function, status)
         except TwipError as failure:
             return failure

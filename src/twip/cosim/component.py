@@ -7,7 +7,7 @@ import ctypes
 import os
 import pathlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .messages import LEVELS, Message
-from .parameters import StartValue
+from .parameters import StartValue, Value
 from .system import Component
+from .texts import number_of, text_of
+from .variable import Variable
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 UNFIT = 100
@@ -144,10 +146,6 @@ class Instance(ABC):
     def setter(self, type_: str) -> Access:
         """Return the function that sets variables of a type."""
 
-    @abstractmethod
-    def get_string(self, reference: int) -> str:
-        """Return the value of a String."""
-
     @property
     @abstractmethod
     def stepper(self) -> int:
@@ -169,11 +167,23 @@ class Instance(ABC):
 
     def set_value(self, start: StartValue) -> None:
         """Set a variable before initialization, or a tunable parameter between two steps."""
-        setter = self.setter(start.variable.recorded_type)
-        value = start.value.encode() if isinstance(start.value, str) else start.value
-        reference, array = (ctypes.c_uint32 * 1)(start.variable.reference), (setter.element * 1)(value)
-        sizes = (1, array, 1) if setter.counts_values else (1, array)
-        self.check(setter.name, setter.call(self.handle, reference, *sizes))
+        self.set_values(start.variable, [start.value])
+
+    def set_values(self, variable: Variable, values: Sequence[Value]) -> None:
+        """Set all values of the variable, of an array all elements."""
+        setter = self.setter(variable.recorded_type)
+        array = (setter.element * len(values))(*(number_of(v) if isinstance(v, str) else v for v in values))
+        count = [len(values)] * setter.counts_values
+        self.check(setter.name, setter.call(self.handle, (ctypes.c_uint * 1)(variable.reference), 1, array, *count))
+
+    def get_string(self, reference: int) -> str:
+        """Return the value of a String."""
+        getter, number = self.getter("String"), ctypes.c_double()
+        self.check(
+            getter.name,
+            getter.call(self.handle, (ctypes.c_uint * 1)(reference), 1, number, *[1] * getter.counts_values),
+        )
+        return text_of(number.value)
 
     def finish_initialization(self) -> None:
         """Leave initialization mode: the instance may be stepped."""

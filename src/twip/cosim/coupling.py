@@ -9,6 +9,7 @@ from ..errors import TwipError
 from .algorithm import COUPLINGS, Algorithm
 from .experiment import TimeGrid
 from .system import Component, Copy, System
+from .value_types import family
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole multiple that still counts as rounding."""
@@ -136,7 +137,7 @@ def _mid_step_problem(
     inputs = {f"{c.name}.{v.name}": v for c in components for v in c.inputs}
     if name not in inputs:
         return f"there is no input {name}{_near(name, list(inputs))}"
-    if inputs[name].recorded_type != "Real" or inputs[name].variability != "continuous":
+    if family(inputs[name].recorded_type) != "Real" or inputs[name].variability != "continuous":
         return f"input {name} is not continuous and cannot be taken at the middle of a step"
     if columns.index(name) not in {copy.destination for copy in copies}:
         return f"input {name} is not connected and cannot be taken at the middle of a step"

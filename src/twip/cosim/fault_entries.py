@@ -10,6 +10,7 @@ from .record import Signal
 from .scenario import Fault, point_of
 from .scenario_entries import Entries, typed
 from .toml_file import shown
+from .value_types import family
 
 FAULTS: dict[str, tuple[str, bool]] = {
     "stuck": ("value", False),
@@ -100,7 +101,10 @@ class FaultEntries(Entries):
     def _size(self, label: str, kind: str, entry: Mapping[str, object], type_: str, place: Place) -> float | None:
         """Return the size of a fault of a signal of type `type_`."""
         key = FAULTS[kind][0]
-        if kind in ("bias", "noise") and type_ != "Real":
+        if kind == "delay" and type_ == "String":
+            self.problems.add(f"{label}: a String cannot be delayed", place)
+            return None
+        if kind in ("bias", "noise") and family(type_) != "Real":
             self.problems.add(f"{label}: {kind} needs a Real signal, not {type_}", place)
             return None
         if key not in entry:

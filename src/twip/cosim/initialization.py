@@ -5,10 +5,11 @@ from collections.abc import Mapping, Sequence
 from ..errors import TwipError
 from .execution import Vector
 from .face import InstanceFace, PortsFace
-from .parameters import StartValue
+from .parameters import StartValue, Value
 from .problems import Place
 from .schedule import Schedule
 from .system import ParameterLink, System
+from .texts import text_of
 from .value_types import family
 
 MAXIMUM_PASSES = 100
@@ -37,8 +38,9 @@ def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, Inst
         if value is None:
             unfit.append(link.label)
             continue
-        typed = value if family(link.variable.type) == "Real" else int(value)
-        typed = bool(typed) if link.variable.type == "Boolean" else typed
+        typed: Value = value if family(link.variable.type) == "Real" else int(value)
+        if link.variable.type in ("Boolean", "String"):
+            typed = bool(value) if link.variable.type == "Boolean" else text_of(value)
         instances[link.component].set_value(StartValue(link.variable, typed, Place(link.label)))
     return unfit
 

@@ -19,12 +19,15 @@ from numpy.typing import NDArray
 
 from .parameters import parse_value
 from .problems import Place, Problems
+from .scalar_types import TYPES, rule
 from .system import System
+from .texts import number_of
+from .value_types import family
 
 EARLY = 1e-9
 """A time counts as reached within this share of a step before it, since `start + k * step` is rounded."""
 
-RULES = {"Real": "a finite number", "Integer": "an Integer of 32 bits", "Boolean": "true, false, 1 or 0"}
+RULES = {name: rule(name) for name in TYPES} | {"Real": "a finite number", "Boolean": "true, false, 1 or 0"}
 """What a value of a type must be."""
 
 
@@ -56,13 +59,16 @@ class InputSeries:
     columns: NDArray[np.int32]
     """Driven columns (n,), those of the parts one after the other."""
     parts: tuple[Series, ...]
+    texts: tuple[int, ...] = ()
+    """Which of them, from 0 to n, are Strings: the values are numbers of texts."""
 
     def at(self, times: NDArray[np.float64], step_size: float) -> NDArray[np.float64]:
         """Return the values (len(times), n) at `times` in s."""
         return np.hstack([np.zeros((len(times), 0)), *(part.at(times, step_size) for part in self.parts)])
 
     def __add__(self, other: "InputSeries") -> "InputSeries":
-        return InputSeries(np.concatenate([self.columns, other.columns]), self.parts + other.parts)
+        texts = self.texts + tuple(len(self.columns) + i for i in other.texts)
+        return InputSeries(np.concatenate([self.columns, other.columns]), self.parts + other.parts, texts)
 
 
 NO_INPUTS = InputSeries(np.zeros(0, np.int32), ())
@@ -82,7 +88,8 @@ def series_of(targets: Sequence[Target], rows: Sequence[Sequence[float]]) -> Inp
     table = np.array(rows, np.float64)
     linear = np.array([target.linear for target in targets], np.bool_)
     columns = np.array([target.column for target in targets], np.int32)
-    return InputSeries(columns, (Series(table[:, 0].copy(), table[:, 1:].copy(), linear),))
+    texts = tuple(i for i, target in enumerate(targets) if target.type == "String")
+    return InputSeries(columns, (Series(table[:, 0].copy(), table[:, 1:].copy(), linear),), texts)
 
 
 def read_inputs(path: str | os.PathLike[str], system: System, problems: Problems) -> InputSeries:
@@ -160,7 +167,7 @@ def find_target(system: System, name: str) -> Target | str:
         for i, v in enumerate(c.inputs)
         if system.first_column[c.name] + i == column
     )
-    return Target(column, signals[column].type, continuous and signals[column].type == "Real")
+    return Target(column, signals[column].type, continuous and family(signals[column].type) == "Real")
 
 
 def _row(
@@ -173,5 +180,5 @@ def _row(
     for name, cell, type_, value in zip(header, cells, types, values, strict=True):
         if value is None:
             problems.add(f"{name} = {cell!r} must be {RULES[type_]}", place)
-    row = [float(value) for value in values if value is not None]
+    row = [number_of(v) if isinstance(v, str) else float(v) for v in values if v is not None]
     return row if len(row) == len(header) and all(map(math.isfinite, row)) else None

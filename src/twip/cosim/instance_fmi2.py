@@ -8,6 +8,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Rea
 
 from .component import Access, Instance
 from .messages import Callbacks
+from .text_access import text_getter, text_setter
 
 _DISCARD = 2
 _LAST_SUCCESSFUL_TIME = 2
@@ -45,11 +46,13 @@ class Fmi2Instance(Instance):
 
     def getter(self, type_: str) -> Access:
         """Return the function that gets variables of a type."""
-        return self._access("fmi2Get", type_)
+        access = self._access("fmi2Get", type_)
+        return text_getter(access) if type_ == "String" else access
 
     def setter(self, type_: str) -> Access:
         """Return the function that sets variables of a type."""
-        return self._access("fmi2Set", type_)
+        access = self._access("fmi2Set", type_)
+        return text_setter(access) if type_ == "String" else access
 
     def _access(self, verb: str, type_: str) -> Access:
         name = f"{verb}{type_}"

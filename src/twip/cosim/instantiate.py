@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .component import Instance
 from .instance_fmi2 import Fmi2Instance
+from .instance_fmi3 import Fmi3Instance
 from .messages import Message
 from .system import Component
 
@@ -19,4 +20,5 @@ def instantiate(
     clock: NDArray[np.float64],
 ) -> Instance:
     """Return a new instance of the FMU unpacked in `folder`; the arguments are those of `Instance`."""
-    return Fmi2Instance(component, folder, messages, dead, clock)
+    kind = Fmi2Instance if component.fmu.fmi_version == "2.0" else Fmi3Instance
+    return kind(component, folder, messages, dead, clock)

@@ -1,4 +1,5 @@
-"""The log of a run as MCAP with protobuf messages: topic `/<component>` per component, `/log` for messages in words.
+"""The log of a run as MCAP with protobuf messages: topic `/<component>` per component, `/<component>/strings` for its
+String variables, `/log` for messages in words.
 
 Rows are laid out in numpy and written a chunk at a time; see `log_schema` for names and bytes, `log_rows` for the
 layout of a chunk, `log_file` for the container, and `playback` for reading it back.
@@ -17,7 +18,7 @@ import numpy as np
 from mcap import records
 from numpy.typing import NDArray
 
-from twip.cosim import log_event
+from twip.cosim import log_event, log_texts
 
 from ..errors import TwipError
 from .log_file import Attachment, Compression, McapFile, MessageBatch, encoded
@@ -32,6 +33,7 @@ from .log_schema import (
     topics,
     unique_identifiers,
 )
+from .log_texts import TextColumns, text_columns
 from .record import Channel, columns
 
 __all__ = ["Attachment", "McapLog"]
@@ -71,12 +73,15 @@ class McapLog:
         self._types = [signal.type for channel in channels for signal in channel.signals]
         self._start_time = float(start_time)
         recorded = [channel for channel in channels if channel.signals]
+        self._texts = text_columns(recorded)
+        self._numeric = np.flatnonzero([type_ != "String" for type_ in self._types])
         twice = sorted(name for name, count in Counter(self._columns).items() if count > 1)
         if twice:
             raise TwipError(f"log {str(self.path)!r}: more than one variable is named {', '.join(twice)}")
         own = {"format": FORMAT, "start_time": repr(self._start_time)}
-        schema_records, channel_records = _declare(recorded, self._start_time)
-        self._event_channel = channel_records[-1].id
+        schema_records, channel_records = _declare(recorded, self._texts, self._start_time)
+        self._event_channel = channel_records[len(recorded)].id
+        self._text_channels = [record.id for record in channel_records[len(recorded) + 1 :]]
         self._file = McapFile(
             self.path,
             compression,
@@ -85,17 +90,18 @@ class McapLog:
             schema_records,
             channel_records,
         )
-        layouts = [
-            (record.id, layout(field_numbers(len(channel.signals)), [signal.type for signal in channel.signals]))
-            for record, channel in zip(channel_records, recorded, strict=False)
-        ]
+        layouts = []
+        for record, channel in zip(channel_records, recorded, strict=False):
+            types = [signal.type for signal in channel.signals if signal.type != "String"]
+            layouts.append((record.id, layout(field_numbers(len(types)), types)))
         row_bytes = sum(31 + item.template.size for _, item in layouts)
         self._block = RowBlock(layouts, max(1, min(CHUNK_ROWS, CHUNK_BYTES // max(row_bytes, 1))))
         self._filled = 0
         self._rows = 0
         self._last = 0
-        self._events: list[tuple[int, bytes]] = []
-        self._event_count = 0
+        self._events: list[tuple[int, int, bytes]] = []
+        """Time [ns], channel and record of the messages that are not rows."""
+        self._event_counts = dict.fromkeys([self._event_channel, *self._text_channels], 0)
 
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Take rows (n, columns) at `times` (n,) in s; every full chunk is written before this returns."""
@@ -104,15 +110,19 @@ class McapLog:
         if rows.shape != (*times.shape, len(self._columns)):
             raise ValueError(f"{rows.shape} values for {times.shape} times and {len(self._columns)} columns")
         nanoseconds = self._nanoseconds(times)
+        for channel, texts in zip(self._text_channels, self._texts, strict=True):
+            for row, data in texts.changes(rows):
+                self._add(int(nanoseconds[row]), channel, data)
         done = 0
         while done < len(times):
             count = min(len(times) - done, self._block.capacity - self._filled)
             part = slice(done, done + count)
-            wrong = self._block.put(self._filled, self._rows, nanoseconds[part], rows[part])
+            numbers = rows[part][:, self._numeric] if self._texts else rows[part]
+            wrong = self._block.put(self._filled, self._rows, nanoseconds[part], numbers)
             if wrong:
                 self._filled += wrong[0]
                 self._rows += wrong[0]
-                row, column = done + wrong[0], wrong[1]
+                row, column = done + wrong[0], int(self._numeric[wrong[1]])
                 raise TwipError(
                     f"{self._columns[column]} = {rows[row, column]} at t = {times[row]} s "
                     f"is not a value of its type {self._types[column]}"
@@ -126,15 +136,18 @@ class McapLog:
     def event(self, time: float, level: str, source: str, message: str) -> None:
         """Take a message at `time` [s]; it is written with the rows around it, after rows of the same time."""
         nanoseconds = max(0, round((time - self._start_time) * 1e9)) if math.isfinite(time) else self._last
+        self._add(nanoseconds, self._event_channel, log_event.encode(nanoseconds, level, source, message))
+
+    def _add(self, nanoseconds: int, channel: int, data: bytes) -> None:
         record = records.Message(
-            channel_id=self._event_channel,
+            channel_id=channel,
             log_time=nanoseconds,
-            data=log_event.encode(nanoseconds, level, source, message),
+            data=data,
             publish_time=nanoseconds,
-            sequence=self._event_count & 0xFFFFFFFF,
+            sequence=self._event_counts[channel] & 0xFFFFFFFF,
         )
-        self._event_count += 1
-        self._events.append((nanoseconds, encoded(record)))
+        self._event_counts[channel] += 1
+        self._events.append((nanoseconds, channel, encoded(record)))
 
     def close(self) -> None:
         """Write what is left and the summary; a second call does nothing, nor does one after a failed write."""
@@ -167,21 +180,27 @@ class McapLog:
         return nanoseconds
 
     def _flush(self, before: int | None) -> None:
-        """Write the collected rows, and events earlier than `before` [ns] (None: all) where their time puts them."""
+        """Write the collected rows, events earlier than `before` [ns] (None: all) where their time puts them, and the
+        texts of these rows.
+        """
         count = self._filled if self._block.channel_ids else 0
-        ready = [item for item in self._events if before is None or item[0] < before]
-        self._events = [item for item in self._events if before is not None and item[0] >= before]
+        ready: list[tuple[int, int, bytes]] = []
+        later: list[tuple[int, int, bytes]] = []
+        for item in self._events:
+            now = before is None or item[0] < before or (item[0] == before and item[1] != self._event_channel)
+            (ready if now else later).append(item)
+        self._events = later
         ready.sort(key=lambda item: item[0])
         times = self._block.nanoseconds[:count]
         pieces: list[bytes | memoryview] = []
         shift = np.zeros(count, np.int64) if ready else None
-        entries = []
+        entries: dict[int, list[tuple[int, int]]] = {}
         position = laid = 0
-        for time, record in ready:
+        for time, channel, record in ready:
             row = int(np.searchsorted(times, np.uint64(time), side="right"))
             pieces.append(self._block.data(laid, row))
             position += len(pieces[-1])
-            entries.append((time, position))
+            entries.setdefault(channel, []).append((time, position))
             pieces.append(record)
             position += len(record)
             laid = row
@@ -196,27 +215,40 @@ class McapLog:
             rows_index, size = self._block.index(count, shift)
             index.append(rows_index)
             sizes = dict.fromkeys(counts, size)
-        if ready:
-            event_index = encoded(records.MessageIndex(self._event_channel, entries))
-            counts[self._event_channel] = len(ready)
-            sizes[self._event_channel] = len(event_index)
+        for channel, places in entries.items():
+            event_index = encoded(records.MessageIndex(channel, places))
+            counts[channel] = len(places)
+            sizes[channel] = len(event_index)
             index.append(event_index)
         if counts:
-            ends = [*times[:1], *times[-1:], *(time for time, _ in ready)]
+            ends = [*times[:1], *times[-1:], *(time for time, _, _ in ready)]
             self._file.write(MessageBatch(pieces, int(min(ends)), int(max(ends)), counts, index, sizes))
 
 
-def _declare(channels: Sequence[Channel], start_time: float) -> tuple[list[records.Schema], list[records.Channel]]:
-    """Return the schema and channel records of the components, and last those of the events."""
+def _declare(
+    channels: Sequence[Channel], texts: Sequence[TextColumns], start_time: float
+) -> tuple[list[records.Schema], list[records.Channel]]:
+    """Return the schema and channel records of the components, then those of the events, last those of the texts."""
     found = topics(channel.component for channel in channels)
     topic_of = [found[channel.component] for channel in channels]
     names = unique_identifiers([topic[1:] for topic in topic_of])
+    numeric = [Channel(c.component, tuple(s for s in c.signals if s.type != "String")) for c in channels]
     declared = [
         (f"twip.{name}", descriptor(name, channel.signals), topic, channel_metadata(channel, start_time))
-        for name, topic, channel in zip(names, topic_of, channels, strict=True)
+        for name, topic, channel in zip(names, topic_of, numeric, strict=True)
     ]
     about = {"twip.format": FORMAT, "twip.start_time": repr(start_time)}
     declared.append((log_event.SCHEMA_NAME, log_event.SCHEMA, EVENT_TOPIC, about))
+    taken = {EVENT_TOPIC, *topic_of}
+    name_of = dict(zip(topic_of, names, strict=True))
+    for item in texts:
+        of = found[item.channel.component]
+        name, topic = f"strings_of_{name_of[of]}", f"{of}/strings"
+        while topic in taken:
+            topic += "_"
+        taken.add(topic)
+        data = log_texts.descriptor(name, item.channel.signals)
+        declared.append((f"twip.{name}", data, topic, item.metadata(start_time)))
     schema_records = [records.Schema(i, data, "protobuf", name) for i, (name, data, _, _) in enumerate(declared, 1)]
     channel_records = [
         records.Channel(id=i, topic=topic, message_encoding="protobuf", metadata=metadata, schema_id=i)
@@ -230,8 +262,16 @@ def _signal_table(channels: Sequence[Channel], channel_records: Sequence[records
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["topic", "field", "component", "variable", "type", "unit", "causality", "description"])
-    for channel, record in zip(channels, channel_records, strict=False):
-        for field, signal in zip(unique_identifiers([s.name for s in channel.signals]), channel.signals, strict=True):
-            about = (signal.name, signal.type, signal.unit or "", signal.causality, signal.description)
-            table.writerow([record.topic, field, channel.component, *about])
+    topic_of = {
+        (record.metadata["twip.component"], record.metadata.get("twip.kind") == log_texts.KIND): record.topic
+        for record in channel_records
+        if "twip.component" in record.metadata
+    }
+    for channel in channels:
+        for is_text in (False, True):
+            signals = [signal for signal in channel.signals if (signal.type == "String") == is_text]
+            topic = topic_of.get((channel.component, is_text), "")
+            for field, signal in zip(unique_identifiers([s.name for s in signals]), signals, strict=True):
+                about = (signal.name, signal.type, signal.unit or "", signal.causality, signal.description)
+                table.writerow([topic, field, channel.component, *about])
     return text.getvalue().encode("utf-8", "backslashreplace")

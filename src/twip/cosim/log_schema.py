@@ -6,9 +6,13 @@ Every field has a fixed width, and zeros are written too, so that all messages o
     Integer  sfixed64  tag + 8 bytes (32 bits would have to wrap or refuse the wider integers of FMI 3)
     Boolean  bool      tag + 1 byte, 0 or 1
 
+The other types of FMI 3 travel as the widest of their kind: Float32 as double, integers as sfixed64. What they are is
+then said in the metadata. Strings are not in these messages, see `log_texts`.
+
 Field names are made of letters, digits and underscores; what a variable is really called stands in the metadata of the
 channel: `twip.format` (version of this layout), `twip.start_time` (s), `twip.component` (exact name, empty for the
-connectors of the system) and, under the name of each field, a JSON object with name, unit, causality and description.
+connectors of the system) and, under the name of each field, a JSON object with name, unit, causality, description and,
+where the field's type does not say it, type.
 """
 
 import json
@@ -21,6 +25,8 @@ from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto
 from numpy.typing import NDArray
 
 from .record import Channel, Signal
+from .scalar_types import TYPES
+from .value_types import family
 
 FORMAT = "1"
 EVENT_TOPIC = "/log"
@@ -37,12 +43,13 @@ class Wire:
     dtype: str
 
 
-WIRES = {
-    "Real": Wire(FieldDescriptorProto.TYPE_DOUBLE, 1, "<f8"),
-    "Integer": Wire(FieldDescriptorProto.TYPE_SFIXED64, 1, "<i8"),
-    "Boolean": Wire(FieldDescriptorProto.TYPE_BOOL, 0, "|b1"),
-}
-TYPES = {wire.field_type: name for name, wire in WIRES.items()}
+_DOUBLE = Wire(FieldDescriptorProto.TYPE_DOUBLE, 1, "<f8")
+_INTEGER = Wire(FieldDescriptorProto.TYPE_SFIXED64, 1, "<i8")
+_BOOLEAN = Wire(FieldDescriptorProto.TYPE_BOOL, 0, "|b1")
+_OF_FAMILY = {"Real": _DOUBLE, "Integer": _INTEGER, "Boolean": _BOOLEAN}
+WIRES = {name: _OF_FAMILY[family(name)] for name in TYPES if family(name) in _OF_FAMILY}
+PLAIN_TYPES = {_DOUBLE.field_type: "Real", _INTEGER.field_type: "Integer", _BOOLEAN.field_type: "Boolean"}
+"""What a field is whose metadata does not say it."""
 
 
 @dataclass(frozen=True)
@@ -100,13 +107,13 @@ def field_numbers(count: int) -> list[int]:
 
 
 def layout(numbers: Sequence[int], types: Sequence[str]) -> Layout:
-    """Return the bytes of a message with these field numbers and types (`Real`, `Integer`, `Boolean`) in this order."""
+    """Return the bytes of a message with these field numbers and types in this order."""
     message = bytearray()
     tag_bytes: list[int] = []
     offsets = []
     for number, type_ in zip(numbers, types, strict=True):
         wire = WIRES[type_]
-        tag = _varint(number << 3 | wire.wire_type)
+        tag = varint(number << 3 | wire.wire_type)
         tag_bytes.extend(range(len(message), len(message) + len(tag)))
         message += tag
         offsets.append(len(message))
@@ -118,13 +125,17 @@ def layout(numbers: Sequence[int], types: Sequence[str]) -> Layout:
 
 def descriptor(message_name: str, signals: Sequence[Signal]) -> bytes:
     """Return the serialised FileDescriptorSet of the message `twip.<message_name>`."""
+    return message_file(message_name, signals, [WIRES[signal.type].field_type for signal in signals])
+
+
+def message_file(
+    message_name: str, signals: Sequence[Signal], field_types: Sequence[FieldDescriptorProto.Type.ValueType]
+) -> bytes:
+    """Return the serialised FileDescriptorSet of the message `twip.<message_name>` with a field for each signal."""
+    names = unique_identifiers([signal.name for signal in signals])
     fields = [
-        FieldDescriptorProto(
-            name=name, number=number, type=WIRES[signal.type].field_type, label=FieldDescriptorProto.LABEL_OPTIONAL
-        )
-        for name, number, signal in zip(
-            unique_identifiers([s.name for s in signals]), field_numbers(len(signals)), signals, strict=True
-        )
+        FieldDescriptorProto(name=name, number=number, type=kind, label=FieldDescriptorProto.LABEL_OPTIONAL)
+        for name, number, kind in zip(names, field_numbers(len(signals)), field_types, strict=True)
     ]
     file = FileDescriptorProto(
         name=f"twip/{message_name}.proto",
@@ -146,6 +157,8 @@ def channel_metadata(channel: Channel, start_time: float) -> dict[str, str]:
             "causality": signal.causality,
             "description": signal.description,
         }
+        if signal.type not in (*PLAIN_TYPES.values(), "String"):
+            about["type"] = signal.type
         metadata[field] = json.dumps(about, ensure_ascii=False, separators=(",", ":"))
     return metadata
 
@@ -162,9 +175,10 @@ def read_schema(data: bytes, message_name: str, metadata: dict[str, str]) -> tup
     signals = []
     for field in fields:
         about = json.loads(metadata[field.name])
-        signals.append(
-            Signal(about["name"], TYPES[field.type], about["unit"], about["causality"], about["description"])
-        )
+        type_ = about.get("type", PLAIN_TYPES[field.type])
+        if WIRES[type_].field_type != field.type:
+            raise ValueError(f"{about['name']} is said to be {type_}")
+        signals.append(Signal(about["name"], type_, about["unit"], about["causality"], about["description"]))
     channel = Channel(metadata["twip.component"], tuple(signals))
     return channel, layout([field.number for field in fields], [signal.type for signal in signals])
 
@@ -174,7 +188,8 @@ def _identifier(name: str) -> str:
     return text if re.match(r"[A-Za-z]", text) else "x" + text
 
 
-def _varint(value: int) -> bytes:
+def varint(value: int) -> bytes:
+    """Return a number as protobuf writes it in tags and lengths: 7 bits per byte, the lowest first."""
     data = bytearray()
     while value > 0x7F:
         data.append(value & 0x7F | 0x80)

@@ -17,7 +17,7 @@ SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 @dataclass(frozen=True)
 class Entry:
-    """One parameter of a set: `name` is `component.variable`, `type` `Real`, `Integer`, `Boolean` or `String`."""
+    """One parameter of a set: `name` is `component.variable`, `type` as in `scalar_types`."""
 
     name: str
     type: str
@@ -31,7 +31,7 @@ def parameters_of(system: System) -> list[Entry]:
     for component in system.components:
         given = {start.variable.name: start.value for start in component.start_values}
         for variable in component.fmu.variables.values():
-            if variable.causality != "parameter" or variable.type == "Enumeration":
+            if variable.causality != "parameter" or variable.alias_of or variable.type in ("Enumeration", "Binary"):
                 continue
             value = given.get(variable.name)
             if value is None and variable.start is not None:

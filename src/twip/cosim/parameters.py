@@ -14,8 +14,10 @@ from .fmu import Fmu, Variable
 from .kinds import GIVING
 from .links import Conversion, Key, Port, convert_along, full_name
 from .problems import Place, Problems
+from .scalar_types import EXACT, TYPES, misfit, rule, to_float32
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet
+from .texts import number_of
 from .transformation import Transformation, tabulate
 from .units import Unit, UnitMismatchError, conversion, lookup
 from .value_types import family
@@ -133,12 +135,13 @@ class Assignments:
                 continue
             place = dataclasses.replace(link.edges[-1].connection.place, component=key[0])
             value = None if source.start is None else parse_value(source.start, source.type, source.items)
-            if value is None or isinstance(value, str):
+            if value is None:
                 self.problems.add(f"{link.label}: the constant has no value that could be passed", place)
-                continue
-            self._set_variable(
-                key, variable, self._converted(link.conversion, value, variable, link.label, place), place
-            )
+            elif isinstance(value, str):
+                self._set_variable(key, variable, value, place)
+            else:
+                moved = self._converted(link.conversion, value, variable, link.label, place)
+                self._set_variable(key, variable, moved, place)
 
     def _find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
         path = scope.path
@@ -160,15 +163,22 @@ class Assignments:
             return
         place = dataclasses.replace(written.place, component=key[0])
         written = dataclasses.replace(written, place=place)
-        if not target.settable:
-            self.problems.add(f"{target.name} cannot be set: it is a {target.variability} {target.causality}", place)
+        if target.obstacle:
+            self.problems.add(f"{target.name} cannot be set: {target.obstacle}", place)
             return
         value = self._value(target.name, target.type, target.items, target.unit, written)
         self._set_variable(key, target, value, place)
 
     def _set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
-        if value is not None:
-            self.variables[key] = StartValue(variable, value, place)
+        if value is None:
+            return
+        if not isinstance(value, str) and variable.type != "Enumeration":
+            value = to_float32(value) if variable.type == "Float32" else value
+            limited = family(variable.type) == "Real" or abs(value) <= EXACT
+            if limited and (why := misfit(variable.type, value)):
+                self.problems.add(f"{variable.name} cannot be set: {value} is a value {why}", place)
+                return
+        self.variables[key] = StartValue(variable, value, place)
 
     def _value(
         self, name: str, type_: str, items: tuple[tuple[str, int], ...], unit: Unit | None, written: Written
@@ -225,16 +235,17 @@ class Assignments:
         items = port.items or next((p.items for p in behind if p.items), ())
         name = full_name(port.key)
         value = self._value(name, type_, items, port.unit, written)
-        if value is None or isinstance(value, str):
+        if value is None:
             return
-        self.connectors[port.key] = float(value)
+        self.connectors[port.key] = number_of(value) if isinstance(value, str) else float(value)
         for key, link in links:
             first = next(i for i, edge in enumerate(link.edges) if edge.source.key == port.key)
             variable = link.edges[-1].target.variable
             converted = convert_along(link.edges[first:], self.problems, port.unit or written.unit)
             if variable is not None and converted is not None:
                 own = dataclasses.replace(place, component=key[0])
-                inner = self._converted(converted, value, variable, f"{name} → {full_name(key)}", own)
+                label = f"{name} → {full_name(key)}"
+                inner = value if isinstance(value, str) else self._converted(converted, value, variable, label, own)
                 self._set_variable(key, variable, inner, own)
 
     def _backward(self, port: Port, written: Written) -> None:
@@ -248,6 +259,7 @@ class Assignments:
         type_, items = port.type or variable.type, port.items or variable.items
         value = self._value(name, type_, items, port.unit, written)
         if value is None or isinstance(value, str):
+            self._set_variable(link.source.key, variable, value, written.place)
             return
         before: Value = link.conversion.inverse(value)
         if family(type_) != "Real":
@@ -283,8 +295,9 @@ class Assignments:
         fits = type_ is None or kinds[0] == kinds[1] or kinds in _ALSO_FITS
         value = parse_value(text, target, items) if fits else None
         if value is None:
-            article = _ARTICLE.get(target, f"a value of type {target}")
-            self.problems.add(f"{name} = {text!r} must be {article}" + (f", not {type_}" if not fits else ""), place)
+            self.problems.add(
+                f"{name} = {text!r} must be {rule(target)}" + (f", not {type_}" if not fits else ""), place
+            )
         return value
 
     def check_connected(self) -> None:
@@ -318,45 +331,37 @@ def out_of_range(variable: Variable, value: Value) -> list[str]:
         (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
     ):
         if wrong:
-            if variable.type != "Real" and bound is not None and bound.is_integer():
+            if family(variable.type) != "Real" and bound is not None and bound.is_integer():
                 bound = int(bound)
             problems.append(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}")
     return problems
 
 
 _ALSO_FITS = {("Integer", "Real"), ("Integer", "Enumeration"), ("String", "Enumeration")}
-_ARTICLE = {
-    "Real": "a finite Real number",
-    "Integer": "an Integer of 32 bits",
-    "Boolean": "a Boolean (true or false)",
-    "String": "a String",
-    "Enumeration": "an item of the enumeration",
-}
 
 
 def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) -> Value | None:
-    """Return `text` as a value of an FMI type, None when it is none; Reals must be finite, Integers fit 32 bits."""
-    text = text if type_ == "String" else text.strip()
-    if type_ in ("Real", "Integer") and "_" in text:
+    """Return `text` as a value of an FMI type, None when it is none; reals must be finite, whole numbers fit the type.
+
+    A Float32 is the nearest number of 32 bits.
+    """
+    if type_ == "String":
+        return text
+    text, kind = text.strip(), family(type_)
+    if kind in ("Real", "Integer") and "_" in text:
         return None
     try:
-        if type_ == "Real":
-            real = float(text)
+        if kind == "Real":
+            real = to_float32(float(text)) if type_ == "Float32" else float(text)
             return real if math.isfinite(real) else None
-        if type_ == "Integer":
+        if kind == "Integer":
             integer = int(text) if not any(c in text for c in ".eE") else float(text)
-            return int(integer) if integer == int(integer) and -(2**31) <= integer < 2**31 else None
+            least, most = TYPES[type_].minimum, TYPES[type_].maximum
+            return int(integer) if integer == int(integer) and least <= integer <= most else None
+        if kind == "Enumeration":
+            values = dict(items)
+            number = values[text] if text in values else int(text)
+            return number if number in values.values() else None
     except (ValueError, OverflowError):
         return None
-    if type_ == "Boolean":
-        return {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}.get(text.lower())
-    if type_ == "Enumeration":
-        values = dict(items)
-        if text in values:
-            return values[text]
-        return (
-            int(text)
-            if text.lstrip("-").isascii() and text.lstrip("-").isdigit() and (int(text) in values.values())
-            else None
-        )
-    return text
+    return {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}.get(text.lower())

@@ -2,7 +2,7 @@
 
 import difflib
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -16,13 +16,14 @@ from mcap.exceptions import McapError
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from numpy.typing import NDArray
 
-from twip.cosim import log_event
+from twip.cosim import log_event, log_texts
 
 from ..errors import TwipError
 from .log_file import Attachment
 from .log_scan import BODY_HEAD, DamagedError, Scan, scan
 from .log_schema import FORMAT, WIRES, Layout, read_schema
 from .record import Channel, columns
+from .texts import number_of
 
 DECODING_ERRORS = (
     DamagedError,
@@ -54,8 +55,8 @@ class Event:
 class Playback:
     """A log in memory; `signals` maps `component.variable` (system connector: its bare name) to values, shape (rows,).
 
-    Real is float64, Integer int64, Boolean bool, each as it was computed; `times` (rows,) in s is exact to the
-    nanosecond.
+    Real and Float32 are float64, integers int64, Boolean is bool, String an object array of texts, each as it was
+    computed; `times` (rows,) in s is exact to the nanosecond.
     """
 
     path: Path
@@ -89,7 +90,8 @@ class Playback:
         """Return all values as the rows a `Sink` takes: shape (rows, columns), columns in the order of `channels`."""
         table = np.empty((len(self.times), len(self.signals)))
         for column, name in enumerate(columns(self.channels)):
-            table[:, column] = self.signals[name]
+            values = self.signals[name]
+            table[:, column] = [number_of(text) for text in values] if values.dtype == object else values
         return table
 
 
@@ -134,6 +136,7 @@ def _playback(path: Path, found: Scan) -> Playback:
     channels: list[Channel] = []
     signals: dict[str, NDArray[Any]] = {}
     events: list[Event] = []
+    texts: list[tuple[log_texts.TextReader, list[NDArray[np.uint8]]]] = []
     nanoseconds: NDArray[np.uint64] | None = None
     for channel_id, record in sorted(ours.items()):
         schema = found.schemas[record.schema_id]
@@ -142,6 +145,9 @@ def _playback(path: Path, found: Scan) -> Playback:
         bodies = found.bodies.get(channel_id, [])
         if schema.name == log_event.SCHEMA_NAME:
             events = _events(bodies, start_time)
+            continue
+        if record.metadata.get("twip.kind") == log_texts.KIND:
+            texts.append((log_texts.TextReader(schema.data, schema.name, record.metadata), bodies))
             continue
         described, layout = read_schema(schema.data, schema.name, record.metadata)
         times, values = _values(record, layout, bodies)
@@ -152,6 +158,11 @@ def _playback(path: Path, found: Scan) -> Playback:
         signals.update(zip(columns([described]), values, strict=True))
     if nanoseconds is None:
         nanoseconds = np.zeros(0, np.uint64)
+    for reader, bodies in texts:
+        channels = [_with_texts(channel, reader) for channel in channels]
+        changes = [(time, reader.decode(data)) for time, data in _messages(bodies)]
+        own = Channel(reader.component, tuple(signal for _, signal in reader.signals))
+        signals.update(zip(columns([own]), log_texts.held(nanoseconds, changes, len(own.signals)), strict=True))
     return Playback(
         path=path,
         start_time=start_time,
@@ -187,13 +198,26 @@ def _values(
     return np.ascontiguousarray(table["time"]), [np.ascontiguousarray(table[f"f{i}"]) for i in range(len(layout.types))]
 
 
+def _with_texts(channel: Channel, reader: log_texts.TextReader) -> Channel:
+    """Return the channel of a component with its String variables in their places."""
+    if channel.component != reader.component:
+        return channel
+    found = list(channel.signals)
+    for position, signal in sorted(reader.signals, key=lambda item: item[0]):
+        found.insert(position, signal)
+    return Channel(channel.component, tuple(found))
+
+
+def _messages(bodies: list[NDArray[np.uint8]]) -> Iterator[tuple[int, bytes]]:
+    """Yield time [ns] and data of messages that may differ in size, ordered by time."""
+    messages = [row.tobytes() for block in bodies for row in block]
+    heads = [struct.unpack_from("<IQ", message, 2) for message in messages]  # sequence, time
+    for time, _, i in sorted((time, sequence, i) for i, (sequence, time) in enumerate(heads)):
+        yield time, messages[i][BODY_HEAD:]
+
+
 def _events(bodies: list[NDArray[np.uint8]], start_time: float) -> list[Event]:
-    events = []
-    for message in (row for block in bodies for row in block):
-        body = message.tobytes()
-        (time,) = struct.unpack_from("<Q", body, 6)
-        events.append((time, Event(start_time + time / 1e9, *log_event.decode(body[BODY_HEAD:]))))
-    return [event for _, event in sorted(events, key=lambda item: item[0])]
+    return [Event(start_time + time / 1e9, *log_event.decode(data)) for time, data in _messages(bodies)]
 
 
 def _suggestion(name: str, known: Mapping[str, object]) -> str:

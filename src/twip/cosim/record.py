@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Signal:
-    """One recorded variable of a component; Integer and Boolean values travel in the float64 table exactly."""
+    """One recorded variable of a component.
+
+    In the float64 table, integers and Booleans are what they are, a String is the number that `texts.text_of` takes.
+    """
 
     name: str
     """Name in the model description, dots included."""
     type: str
-    """`Real`, `Integer` or `Boolean`."""
+    """One of `scalar_types.TYPES`."""
     unit: str | None
     causality: str
     """`input` or `output`."""

@@ -4,20 +4,25 @@ import csv
 import difflib
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
+from .log_event import clean
 from .messages import Message
 from .pace import RealTime
 from .record import Channel, columns
 from .sole_file import InUseError, SoleFile
+from .texts import text_of
+from .value_types import family
 
-_DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?"}
+_DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?", "String": "O"}
+"""By family of the type."""
 
 
 @dataclass
@@ -33,6 +38,8 @@ class Table:
     def __post_init__(self) -> None:
         self.columns = columns(self.channels)
         self._index = {name: i for i, name in enumerate(self.columns)}
+        types = [signal.type for channel in self.channels for signal in channel.signals]
+        self._texts = {i for i, type_ in enumerate(types) if type_ == "String"}
         self._times: list[NDArray[np.float64]] = []
         self._rows: list[NDArray[np.float64]] = []
         self.closed = False
@@ -57,25 +64,27 @@ class Table:
 
     @property
     def values(self) -> NDArray[np.float64]:
-        """All rows, (rows, columns)."""
+        """All rows, (rows, columns); a String is the number that `texts.text_of` takes."""
         return np.concatenate([np.zeros((0, len(self.columns))), *self._rows])
 
     def to_numpy(self) -> NDArray[np.void]:
         """Return a structured array (rows,) with the field `time` in s and one per column, of the variable's type."""
         signals = [signal for channel in self.channels for signal in channel.signals]
-        kinds = [(name, _DTYPES[signal.type]) for name, signal in zip(self.columns, signals, strict=True)]
+        kinds = [(name, _DTYPES[family(signal.type)]) for name, signal in zip(self.columns, signals, strict=True)]
         values, array = self.values, np.empty(len(self.times), np.dtype([("time", "f8"), *kinds]))
         array["time"] = self.times
         for i, (name, _) in enumerate(kinds):
-            array[name] = values[:, i]
+            array[name] = self[name] if i in self._texts else values[:, i]
         return array
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return the values of a column (rows,): float64, or the texts of a String. Raises `TwipError`."""
         if name not in self._index:
             near = difflib.get_close_matches(name, self.columns, 3)
             raise TwipError(f"there is no column {name}" + (f"; near: {', '.join(near)}" if near else ""))
         i = self._index[name]
-        return np.concatenate([np.zeros(0), *(rows[:, i] for rows in self._rows)])
+        found = np.concatenate([np.zeros(0), *(rows[:, i] for rows in self._rows)])
+        return np.array([text_of(number) for number in found], object) if i in self._texts else found
 
 
 @dataclass(frozen=True)
@@ -96,8 +105,8 @@ class Result:
     """Time spent unpacking, instantiating, compiling and initializing, in s."""
     interrupted: bool
     """Whether a signal ended the run before its stop time."""
-    values: dict[str, float]
-    """The last row by column name."""
+    values: dict[str, float | str]
+    """The last row by column name; a String as its text."""
     warnings: tuple[str, ...] = ()
     checkpoint: Path | None = None
     """File that holds the state at the end, if one was asked for."""
@@ -120,7 +129,7 @@ class Result:
         """Times of the rows in s, (rows,); raises `TwipError` when the rows went to sinks."""
         return self._kept.times
 
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
+    def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of `component.variable`, (rows,)."""
         return self._kept[name]
 
@@ -140,6 +149,24 @@ class Result:
         return self.table
 
 
+def _line(cells: Sequence[str]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()
+
+
+def _whole(value: float) -> str:
+    return repr(int(value))
+
+
+def _text(number: float) -> str:
+    return _line([clean(text_of(number))])[:-1]
+
+
+_SHOWN: dict[str, Callable[[float], str]] = {"Real": repr, "String": _text}
+"""How a CSV file shows values, by family of the type; others as whole numbers."""
+
+
 class CsvSink:
     """A sink that writes `time`, every output, and every connector of the outermost system, in full precision."""
 
@@ -151,21 +178,20 @@ class CsvSink:
         names = columns(channels)
         signals = [(channel.component, signal) for channel in channels for signal in channel.signals]
         self._keep = [i for i, (owner, signal) in enumerate(signals) if signal.causality == "output" or not owner]
-        self._whole = [signals[i][1].type != "Real" for i in self._keep]
-        header = io.StringIO()
-        csv.writer(header, lineterminator="\n").writerow(["time", *(names[i] for i in self._keep)])
+        self._shown = [_SHOWN.get(family(signals[i][1].type), _whole) for i in self._keep]
+        header = _line(["time", *(names[i] for i in self._keep)])
         self._path = Path(path)
         try:
             self._file = SoleFile(self._path)
         except (OSError, ValueError) as error:
             raise self._failed(error) from None
-        self._append(header.getvalue())
+        self._append(header)
 
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Append the rows; they are in the file when this returns. Raises `TwipError` when they cannot be written."""
         lines = []
         for time, row in zip(times.tolist(), rows[:, self._keep].tolist(), strict=True):
-            cells = [repr(int(v)) if whole else repr(v) for v, whole in zip(row, self._whole, strict=True)]
+            cells = [show(v) for v, show in zip(row, self._shown, strict=True)]
             lines.append(",".join([repr(time), *cells]))
         self._append("".join(f"{line}\n" for line in lines))
 

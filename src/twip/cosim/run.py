@@ -30,6 +30,7 @@ from .results import Result
 from .scenario import Scenario
 from .schedule import Schedule, make_schedule
 from .system import System
+from .texts import text_of
 
 CHUNK = 200
 """Most steps between two deliveries to the sinks."""
@@ -96,6 +97,8 @@ class Run:
                     " (iterated coupling solves it; an output that does not follow an input at once should say so by"
                     " its dependencies)"
                 )
+        types = [signal.type for channel in system.channels for signal in channel.signals]
+        self._texts = [i for i, type_ in enumerate(types) if type_ == "String"]
         self.delivered = False
         self.saved: int | None = None
         self._identity = identify(system, grid, self.coupling, self.scenario)
@@ -120,7 +123,8 @@ class Run:
             stopped = time.perf_counter()
             self._free()
         interrupted = bool(self.interrupted) and self.steps < self.grid.steps
-        values = dict(zip(self.system.columns, list(self.values), strict=False)) if self.delivered else {}
+        row = [text_of(v) if i in self._texts else v for i, v in enumerate(self.values)]
+        values = dict(zip(self.system.columns, row, strict=False)) if self.delivered else {}
         return Result(
             steps=self.steps - self.first,
             start_time=self._time_of(self.first),
@@ -213,19 +217,20 @@ class Run:
         """Put the states of a checkpoint into the instances, and see whether they show its values again."""
         self.clock[0] = self._time_of(self.steps)
         names = self.system.columns
-        self.values[:] = checkpoint.values.tolist()
+        saved_row = checkpoint.row.tolist()
+        self.values[:] = saved_row
         self.faults.restore(checkpoint.delayed)
         for instance, port, state in zip(self.instances, ports, checkpoint.states, strict=True):
             instance.restore_state(state)
             port.read_inputs()
             port.get_outputs()
-        for name, value, saved in zip(names, self.values, checkpoint.values.tolist(), strict=False):
+        for name, value, saved in zip(names, self.values, saved_row, strict=False):
             if value != saved:
                 raise TwipError(
                     f"{name} = {value!r} after its component's state was restored from the checkpoint, where it was"
                     f" {saved!r}: the FMU does not save its whole state"
                 )
-        self.values[:] = checkpoint.values.tolist()
+        self.values[:] = saved_row
         self._say("info", f"resumed from a checkpoint at t = {self.clock[0]:.12g} s")
 
     def _prepare(self, execution: Execution) -> Loop:
@@ -281,14 +286,19 @@ class Run:
         """Write a checkpoint, unless it is there already."""
         if self.saving is None or self.saved == self.steps:
             return
+        row, samples = execution.row.copy(), execution.samples.copy()
+        texts = {column: text_of(row[column]) for column in self._texts}
+        row[self._texts] = 0.0
+        samples[:, np.isin(self.schedule.source, self._texts)] = 0.0
         checkpoint = Checkpoint(
             self._identity,
             self.steps,
             self._digest.until(self.steps),
-            execution.row,
-            execution.samples,
+            row,
+            samples,
             self.faults.memory,
             tuple(instance.save_state() for instance in self.instances),
+            texts,
         )
         with writing():
             checkpoint.write(self.saving.path)

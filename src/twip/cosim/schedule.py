@@ -15,6 +15,7 @@ Iterated coupling has stages like Gauss–Seidel, components of a cycle one afte
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +34,15 @@ class Group:
     """Variables of one type of a component, in consecutive columns."""
 
     type: str
-    """`Real`, `Integer` or `Boolean`."""
+    """One of `RECORDED_TYPES`."""
     first: int
     """Column of the first variable."""
     references: NDArray[np.uint32]
-    """Value references, (n,)."""
+    """Value references of the variables, (n,)."""
+    sizes: NDArray[np.int64]
+    """Columns of each variable, (n,): more than 1 for an array."""
+    names: tuple[str, ...]
+    """By column."""
 
 
 @dataclass(frozen=True)
@@ -192,8 +197,18 @@ def _owners(system: System) -> dict[int, tuple[str, str]]:
 def _groups(variables: tuple[Variable, ...], first: int) -> tuple[Group, ...]:
     groups = []
     for kind in RECORDED_TYPES:
-        references = [v.reference for v in variables if v.recorded_type == kind]
-        if references:
-            groups.append(Group(kind, first, np.array(references, np.uint32)))
-            first += len(references)
+        chosen = [v for v in variables if v.recorded_type == kind]
+        if chosen:
+            whole = [list(v) for _, v in groupby(enumerate(chosen), lambda item: item[1].array or item[0])]
+            references, sizes = [v[0][1].reference for v in whole], [len(v) for v in whole]
+            groups.append(
+                Group(
+                    kind,
+                    first,
+                    np.array(references, np.uint32),
+                    np.array(sizes, np.int64),
+                    tuple(v.name for v in chosen),
+                )
+            )
+            first += len(chosen)
     return tuple(groups)

@@ -145,7 +145,7 @@ class System:
                 "fmu": fmu.name,
                 "sha256": fmu.sha256,
                 "guid": fmu.guid,
-                "fmi_version": "2.0",
+                "fmi_version": fmu.fmi_version,
                 "generation_tool": fmu.generation_tool,
             }
             values = {start.variable.name: repr(start.value) for start in component.start_values}
