@@ -21,6 +21,9 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
     parser.add_argument("ssp", help=".ssp archive, unpacked folder or .ssd file")
+    parser.add_argument(
+        "--ssd", metavar="NAME", help="one of several descriptions in the archive; default: SystemStructure.ssd"
+    )
     parser.add_argument("--output-file", type=Path, metavar="FILE.ssv", help="write a parameter set; default: print")
     parser.set_defaults(run=run)
 
@@ -28,7 +31,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """List or write the parameters, and return the exit status."""
     refuse_clashes([("SSP", arguments.ssp)], {"--output-file": arguments.output_file})
-    with load(arguments.ssp) as system:
+    with load(arguments.ssp, ssd=arguments.ssd) as system:
         entries = parameters_of(system)
     if arguments.output_file is None:
         for entry in entries:

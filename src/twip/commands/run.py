@@ -43,6 +43,9 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = f"{EXAMPLES}\nRun a system of FMUs (SSP) and log it.\n\n{CACHE}"
     parser.add_argument("ssp", help=".ssp archive, unpacked folder or .ssd file")
+    parser.add_argument(
+        "--ssd", metavar="NAME", help="one of several descriptions in the archive; default: SystemStructure.ssd"
+    )
     parser.add_argument("--start-time", type=float, metavar="S", help="start time in s; default: the system's, else 0")
     parser.add_argument("--stop-time", type=float, metavar="S", help="stop time in s; default: the system's")
     parser.add_argument(
@@ -204,15 +207,17 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the system, and return the exit status."""
     if arguments.no_log and arguments.log is not None:
         raise TwipError(f"--log {arguments.log} and --no-log exclude each other")
-    with load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
+    values = pairs(arguments.start_values)
+    with load(arguments.ssp, ssd=arguments.ssd, parameters=arguments.parameters, start_values=values) as system:
         grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
-        default = Path("logs") / Path(arguments.ssp).stem
+        variant = "" if arguments.ssd is None else f"-{Path(arguments.ssd).stem}"
+        unresumed = default = Path("logs") / f"{Path(arguments.ssp).stem}{variant}"
         if arguments.resume is not None:
             default = from_time(default, grid.times(Checkpoint.read(arguments.resume).steps, 0)[0])
         log = None if arguments.no_log else arguments.log or default.with_name(f"{default.name}.mcap")
         checkpoint = arguments.checkpoint
         if checkpoint == DEFAULT or (checkpoint is None and arguments.checkpoint_every is not None):
-            checkpoint = Path("logs") / f"{Path(arguments.ssp).stem}.checkpoint"
+            checkpoint = unresumed.with_name(f"{unresumed.name}.checkpoint")
         reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
         scenario = [] if arguments.scenario is None else files_of(arguments.scenario)
         reads += [("--input-file", arguments.input_file), *(("--scenario", file) for file in scenario)]

@@ -115,8 +115,10 @@ def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()
     An open connector that is not driven does not copy, so that the inputs behind it keep their start values.
     """
     idle = {connector.column for connector in system.open_connectors} - set(driven)
-    copies = sorted((c for c in system.copies if c.source not in idle), key=lambda c: c.destination)
     owner = _owners(system)
+    copies = sorted(
+        (c for c in system.copies if c.source not in idle or c.destination not in owner), key=lambda c: c.destination
+    )
     sources = {owner[c.destination]: owner[c.source] for c in copies if c.destination in owner and c.source in owner}
     order = evaluation_order(
         {c.name: {v.name: _feedthrough(c, v.name) for v in c.outputs} for c in system.components}, sources

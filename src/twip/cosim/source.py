@@ -69,7 +69,8 @@ def read_within(fmu: pathlib.Path, source: str, file: str, problems: Problems, p
         problems.add(f"source {source!r} is not a usable path: {error}", place)
         return None
     parts = [part for part in entry.split("/") if part not in ("", ".")]
-    if uri.scheme or uri.netloc or uri.query or uri.fragment or entry.startswith("/") or ".." in parts or not parts:
+    odd = uri.scheme or uri.netloc or uri.query or uri.fragment or "\0" in entry or not parts
+    if odd or entry.startswith("/") or ".." in parts:
         problems.add(f"source {source}: only relative paths that stay inside the component are supported", place)
         return None
     if fmu.is_dir():
