@@ -38,6 +38,12 @@ def component(name, source, ports="", inside=""):
     return f'<ssd:Component name="{name}" source="{source}">{connectors(ports)}{inside}</ssd:Component>'
 
 
+def signals(name, of, ports):
+    """Return a reference to the signal dictionary `of`."""
+    attributes = f'name="{name}" dictionary="{of}"'
+    return f"<ssd:SignalDictionaryReference {attributes}>{connectors(ports)}</ssd:SignalDictionaryReference>"
+
+
 def connection(text, inside="", **attributes):
     """Turn `a.u -> b.y` into a connection; a bare name is a connector of the system."""
     ends = []
@@ -83,10 +89,29 @@ def parameter_mapping(entries, version="1.0"):
     )
 
 
-def system(elements, connections=(), ports="", inside="", name="root"):
+def dictionary(entries, definitions="", version="1.0"):
+    """Return an SSB element; entries are the type elements by name."""
+    items = "".join(
+        f'<ssb:DictionaryEntry name="{name}">{type_}</ssb:DictionaryEntry>' for name, type_ in entries.items()
+    )
+    return (
+        f'<ssb:SignalDictionary xmlns:ssb="{SSP}SystemStructureSignalDictionary"'
+        f' xmlns:ssc="{SSP}SystemStructureCommon" version="{version}">{items}{definitions}</ssb:SignalDictionary>'
+    )
+
+
+def system(elements, connections=(), ports="", inside="", name="root", dictionaries=None):
+    """Return a system; `dictionaries` are the insides of signal dictionaries, or their files' names, by name."""
     lines = "\n".join(connections)
     wires = f"<ssd:Connections>\n{lines}\n</ssd:Connections>" if lines else ""
     parts = "\n".join(elements)
+    kept = "".join(
+        f'<ssd:SignalDictionary name="{n}">{content}</ssd:SignalDictionary>'
+        if content.startswith("<")
+        else f'<ssd:SignalDictionary name="{n}" source="{content}"/>'
+        for n, content in (dictionaries or {}).items()
+    )
+    wires += f"<ssd:SignalDictionaries>{kept}</ssd:SignalDictionaries>" if kept else ""
     inner = f"{connectors(ports)}{inside}\n<ssd:Elements>\n{parts}\n</ssd:Elements>\n{wires}"
     return f'<ssd:System name="{name}">{inner}</ssd:System>'
 
@@ -167,11 +192,12 @@ def edit_fmu(
     state=False,
     files=None,
     enums=None,
+    no_output=(),
 ) -> Path:
     """Copy an FMU with attributes added to its variables, dependencies (output to inputs), unit definitions, and files.
 
     With `state` it says that its state can be serialized, which every FMU of pythonfmu can do. `enums` turns Integer
-    variables into enumerations: items by variable.
+    variables into enumerations: items by variable. `no_output` takes variables out of the list of outputs.
     """
     with zipfile.ZipFile(source) as archive:
         contents = {entry: archive.read(entry) for entry in archive.namelist()}
@@ -184,7 +210,10 @@ def edit_fmu(
     for name, attributes in (variables or {}).items():
         for key, value in attributes.items():
             (scalars[name] if key in ("causality", "variability", "initial") else scalars[name][0]).set(key, str(value))
-    for unknown in root.iter("Unknown"):
+    for unknown in list(root.iter("Unknown")):
+        if list(scalars)[int(unknown.get("index")) - 1] in no_output and unknown.getparent().tag == "Outputs":
+            unknown.getparent().remove(unknown)
+            continue
         name = list(scalars)[int(unknown.get("index")) - 1]
         if name in (dependencies or {}):
             unknown.set("dependencies", " ".join(sorted((index[d] for d in dependencies[name]), key=int)))

@@ -1,0 +1,101 @@
+"""Array connectors and array parameters of SSP 2.0: one connector, one value per element."""
+
+import pytest
+from ssp_writer import bind, component, connection, linear, parameter_set, system, write
+
+from twip.cosim import Table, check, load, simulate
+
+
+@pytest.fixture
+def array_fmu(folder):
+    """An FMU that shows arrays as FMI 3 names their elements: `y = 2 u` (2 x 3), and a parameter k (2)."""
+    return "CosimArray.fmu"
+
+
+def dimension(*sizes):
+    return "".join("<ssc:Dimension/>" if n is None else f'<ssc:Dimension size="{n}"/>' for n in sizes)
+
+
+def port(name, kind, *sizes, type_="Float64"):
+    return f'<ssd:Connector name="{name}" kind="{kind}"><ssc:{type_}/>{dimension(*sizes)}</ssd:Connector>'
+
+
+def ports(*items):
+    return f"<ssd:Connectors>{''.join(items)}</ssd:Connectors>"
+
+
+def element(name, fmu, *items, inside=""):
+    return component(name, fmu, inside=ports(*items) + inside)
+
+
+def said(path):
+    return [p.split(" (Sys")[0] for p in check(path)]
+
+
+@pytest.mark.parametrize("sizes", [(2, 3), (None, None), (2, None)])
+def test_arrays_are_connected_element_by_element(folder, array_fmu, loop, sizes):
+    inner = system(
+        [element("b", array_fmu, port("u", "input", *sizes))],
+        [connection("v -> b.u", linear(10))],
+        inside=ports(port("v", "input", 2, 3)),
+        name="inner",
+    )
+    body = system(
+        [element("a", array_fmu, port("u", "input", *sizes), port("y", "output", *sizes)), inner],
+        [connection("a.y -> inner.v")],
+    )
+    starts = {f"a.u[{i},{j}]": 10.0 * i + j for i in (1, 2) for j in (1, 2, 3)}
+    with load(write(folder, body, version="2.0"), start_values=starts) as loaded:
+        table = Table(loaded.channels)
+        simulate(loaded, sinks=[table], step_size=0.5, loop=loop)
+    for i in (1, 2):
+        for j in (1, 2, 3):
+            assert table[f"inner.b.u[{i},{j}]"][-1] == 20.0 * (10 * i + j)
+            assert table[f"inner.v[{i},{j}]"][-1] == 2.0 * (10 * i + j)
+
+
+def test_an_array_parameter_has_its_values_in_row_major_order(folder, array_fmu):
+    def started(text, dims):
+        values = parameter_set({"u": ("Float64", text)}).replace('version="1.0"', 'version="2.0"')
+        (folder / "set.ssv").write_text(values.replace("</ssv:Parameter>", f"{dims}</ssv:Parameter>", 1))
+        return write(folder, system([component("a", array_fmu, "", bind(source="set.ssv"))]), version="2.0")
+
+    dims = '<ssc:Dimension size="2"/><ssc:Dimension size="3"/>'
+    with load(started("1 2 3 4 5 6", dims)) as loaded:
+        values = {s.variable.name: s.value for s in loaded.components[0].start_values}
+    assert values == {"u[1,1]": 1, "u[1,2]": 2, "u[1,3]": 3, "u[2,1]": 4, "u[2,2]": 5, "u[2,3]": 6}
+    assert check(started("1 2 3 4 5", dims)) == ["parameter u has 5 values where its size is 2 x 3 (set.ssv line 3)"]
+
+
+@pytest.mark.parametrize(
+    ("items", "wires", "message"),
+    [
+        ([port("u", "input", 3, 2)], [], "connector a.u: is 3 x 2, but 2 x 3 in the FMU"),
+        ([port("k", "parameter", 3)], [], "connector a.k: is 3, but 2 in the FMU"),
+        ([port("q", "input", None)], [], "connector a.q: the size of the array is not known"),
+        ([port("q", "input", 10**6)], [], "connector a.q: more than 100000 elements"),
+        (
+            [port("y", "output", 2, 3), port("u[1,1]", "input")],
+            ["a.y -> a.u[1,1]"],
+            "a.y → a.u[1,1]: sizes differ (2 x 3, a scalar)",
+        ),
+    ],
+)
+def test_arrays_that_do_not_fit(folder, array_fmu, items, wires, message):
+    body = system([element("a", array_fmu, *items)], [connection(w) for w in wires])
+    assert message in said(write(folder, body, version="2.0"))
+
+
+def test_indices_of_connections_are_refused_by_name(folder, array_fmu):
+    wire = connection("a.y -> a.u", startIndices="1 1", endIndices="1 2")
+    items = [port("u", "input", 2, 3), port("y", "output", 2, 3)]
+    path = write(folder, system([element("a", array_fmu, *items)], [wire]), version="2.0")
+    assert said(path) == [
+        f"{side}Indices of Connection is not supported: the standard leaves open where indices begin"
+        for side in ("start", "end")
+    ]
+
+
+def test_arrays_are_no_part_of_version_1(folder, array_fmu):
+    path = write(folder, system([element("a", array_fmu, port("u", "input", 2, 3, type_="Real"))]))
+    assert "Element 'Dimension': This element is not expected." in said(path)[0]
