@@ -10,11 +10,16 @@ from ssp_writer import (
     bind,
     component,
     connection,
+    dictionary,
+    enumerations,
     line_of,
     linear,
+    mapping,
     pack,
+    parameter_mapping,
     parameter_set,
     proposing,
+    signals,
     system,
     units,
     write,
@@ -24,6 +29,8 @@ from twip.cosim import check, load, simulate
 from twip.errors import TwipError
 
 GAIN = "CosimGain.fmu"
+MUTATIONS = 25
+"""Of each file."""
 ONE_GAIN = system([component("a", GAIN)])
 
 
@@ -96,22 +103,51 @@ def test_an_unpack_folder_with_special_characters_is_avoided(folder, monkeypatch
         load(path)
 
 
-def test_mutated_files_never_raise_anything_but_problems(folder):
-    (folder / "set.ssv").write_text(parameter_set({"a.k": ("Real", 5, "m")}, units("m m=1", "ssv")))
-    inner = system([component("g", GAIN, "u> y<")], [connection("v -> g.u")], "v>:Real[m]", name="inner")
-    elements = [component("a", GAIN, "u> k* y<[m]", bind({"k": ("Real", 2)})), inner]
-    body = system(elements, [connection("a.y -> inner.v", linear(2))], inside=bind(source="set.ssv"))
-    tail = units("m m=1") + proposing('stepSize="0.5"')
+def everything(folder, version):
+    """Write a system that uses every part of the standard; return its files."""
+    items = {"off": 0, "on": 3}
+    (folder / "set.ssv").write_text(
+        parameter_set({"gain": ("Real", 5, "m"), "mode": ("Integer", 3)}, units("m m=1", "ssv"))
+    )
+    (folder / "map.ssm").write_text(parameter_mapping([("gain", "a.k", linear(2)), ("mode", "m.n")]))
+    (folder / "bus.ssb").write_text(dictionary({"s": '<ssc:Real unit="m"/>'}, units("m m=1", "ssb")))
+    shutil.copy(
+        write(folder, system([component("g", GAIN, "u> y<")], [connection("v -> g.u")], "v>:Real[m]")),
+        folder / "inner.ssd",
+    )
+    inner = component("inner", "inner.ssd", "v>", bind({"g.k": ("Real", 2)}))
+    elements = [
+        component("a", GAIN, "u> k* y<[m]", bind({"k": ("Real", 2)})),
+        component("m", "CosimMixed.fmu", "n>:Integer total<:Integer on>:Boolean inverted<:Boolean"),
+        inner.replace(" source=", ' type="application/x-ssp-definition" source='),
+        signals("r", "bus", "s~"),
+    ]
+    wires = [
+        connection("a.y -> r.s"),
+        connection("r.s -> inner.v", linear(2)),
+        connection("m.total -> m.n", mapping("Integer", {3: 6})),
+        connection("m.inverted -> m.on", mapping("Boolean", {"true": "false"})),
+    ]
+    body = system(elements, wires, "", bind(source="set.ssv", mapped="map.ssm"), dictionaries={"bus": "bus.ssb"})
+    tail = enumerations(Mode=items) + units("m m=1") + proposing('stepSize="0.5"')
+    return [
+        write(folder, body, tail=tail, version=version),
+        *(folder / n for n in ("set.ssv", "map.ssm", "bus.ssb", "inner.ssd")),
+    ]
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.0"])
+def test_mutated_files_never_raise_anything_but_problems(folder, version):
     generator = random.Random(1)
     tokens = [b"", b'"', b"<", b"nan", b"%00", b"..", b"[", b"9" * 400, b"a", b"input", b"output", b"//", b"\xff"]
-    for version in ("1.0", "2.0"):
-        path = write(folder, body, tail=tail, version=version)
-        for target in (path, folder / "set.ssv"):
-            original = target.read_bytes()
-            words = [m.span() for m in re.finditer(rb"[\w.\-]+", original)]
-            for _ in range(150):
-                begin, end = generator.choice(words)
-                target.write_bytes(original[:begin] + generator.choice(tokens) + original[end:])
-                assert all(isinstance(line, str) and "\n" not in line for line in check(path))
-            target.write_bytes(original)
-        assert check(path) == []
+    tokens += [b"inner", b"r", b"bus", b"inout", b"0", b"-1", b"inner.ssd", b"Integer", b"component", b"\xc3\xa4"]
+    files = everything(folder, version)
+    assert check(files[0]) == []
+    for target in files:
+        original = target.read_bytes()
+        words = [m.span() for m in re.finditer(rb"[\w.\-]+", original)]
+        for _ in range(MUTATIONS):
+            begin, end = generator.choice(words)
+            target.write_bytes(original[:begin] + generator.choice(tokens) + original[end:])
+            assert all(isinstance(line, str) and "\n" not in line for line in check(files[0]))
+        target.write_bytes(original)

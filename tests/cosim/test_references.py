@@ -6,6 +6,7 @@ import shutil
 import pytest
 from ssp_writer import bind, component, connection, pack, parameter_set, system, units, write
 
+from twip.cli import main
 from twip.cosim import Table, check, load, simulate
 from twip.errors import TwipError
 
@@ -205,6 +206,18 @@ def test_one_of_several_descriptions(folder, archived):
     assert str(failure.value).endswith("holds no VariantC, only SystemStructure.ssd, VariantB.ssd")
     with pytest.raises(TwipError, match="is one description"):
         load(path, ssd="VariantB")
+
+
+def test_the_command_line_chooses_a_description_and_names_the_log_by_it(folder, monkeypatch, capsys):
+    shutil.move(write(folder, system([component("g", GAIN, "y<", bind({"k": ("Real", 8)}))])), folder / "VariantB.ssd")
+    path = write(folder, system([component("g", GAIN, "y<")]))
+    pack(path, folder / "s.ssp", {GAIN: folder / GAIN, "VariantB.ssd": folder / "VariantB.ssd"})
+    monkeypatch.chdir(folder)
+    assert main(["run", "s.ssp", "--ssd", "VariantB", "--step-size", "0.5", "--output-file", "b.csv"]) == 0
+    assert (folder / "logs" / "s-VariantB.mcap").is_file()
+    assert (folder / "b.csv").read_text().splitlines()[-1].split(",")[1:] == ["4.0", "-0.5"]
+    assert main(["run", "s.ssp", "--ssd", "C", "--step-size", "0.5"]) == 1
+    assert "the archive holds no C, only SystemStructure.ssd, VariantB.ssd" in capsys.readouterr().err
 
 
 def test_sources_by_file_uri_and_by_relative_uri(folder):
