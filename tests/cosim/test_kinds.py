@@ -64,6 +64,14 @@ def test_a_calculated_parameter_feeds_a_parameter_before_the_first_step(folder, 
     assert table["b.y"].tolist() == [61 * 0.5] * 3
 
 
+def test_a_parameter_that_another_component_calculates_takes_no_value_from_the_caller(folder):
+    source = with_kind(folder, "source.fmu", "calculatedParameter")
+    body = system([component("a", source, "y="), component("b", GAIN, "k*")], [connection("a.y -> b.k")])
+    assert check(write(folder, body), start_values={"b.k": 1.0}) == [
+        "b.k is connected inside the system and cannot be given a start value (start values)"
+    ]
+
+
 def test_a_calculated_parameter_through_a_chain_of_systems_and_to_an_input(folder, loop):
     source = with_kind(folder, "source.fmu", "calculatedParameter")
     inner = system([component("a", source, "y=")], [connection("a.y -> p")], "p=:Real", name="in")

@@ -13,10 +13,10 @@ STAGES = {"idle": 1, "slow": 2, "fast": 4}
 TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="1"/>'
 
 
-def run(path, **options):
+def run(path, coupling="gauss-seidel", **options):
     with load(path) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, coupling="gauss-seidel", **options)
+        simulate(loaded, sinks=[table], step_size=0.5, coupling=coupling, **options)
     return table
 
 
@@ -43,6 +43,13 @@ def test_an_integer_mapping_keeps_what_it_does_not_name(folder, loop):
     table = run(write(folder, two(folder, wires=[wire])), loop=loop)
     assert table["a.total"].tolist() == [0.0, 3.0, 6.0]
     assert table["b.n"].tolist() == [0.0, -7.0, 2147483647.0]
+
+
+def test_under_jacobi_a_value_is_mapped_one_step_later(folder, loop):
+    wire = connection("a.total -> b.n", mapping("Integer", {3: -7, 0: 5}))
+    table = run(write(folder, two(folder, wires=[wire])), coupling="jacobi", loop=loop)
+    assert table["a.total"].tolist() == [0.0, 3.0, 6.0]
+    assert table["b.n"].tolist() == [5.0, 5.0, -7.0]
 
 
 def test_mappings_on_the_way_through_systems_are_done_one_after_the_other(folder, loop):

@@ -307,9 +307,14 @@ class Assignments:
         """
         for key, place in self.callers.items():
             link, port = self.wiring.links.get(key), self.wiring.ports.get(key)
-            if link is None or port is None or port.kind in ("parameter", "structuralParameter"):
+            if link is None or port is None:
                 continue
-            if link.source.variable is not None or link.source.key in self.connectors:
+            source = link.source.variable
+            if port.kind in ("parameter", "structuralParameter") and (
+                source is None or source.variability == "constant"
+            ):
+                continue  # what is given last counts
+            if source is not None or link.source.key in self.connectors:
                 self.problems.add(
                     f"{full_name(key)} is connected inside the system and cannot be given a start value", place
                 )
