@@ -4,7 +4,7 @@ import ctypes
 import math
 from typing import Any
 
-from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String, fmi2ValueReference
+from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String
 
 from .component import Access, Instance
 from .messages import Callbacks
@@ -57,12 +57,6 @@ class Fmi2Instance(Instance):
     def _access(self, verb: str, type_: str) -> Access:
         name = f"{verb}{type_}"
         return Access(name, self._function(name), _C_TYPES[type_], counts_values=False)
-
-    def get_string(self, reference: int) -> str:
-        """Return the value of a String."""
-        text = (fmi2String * 1)()
-        self.call("fmi2GetString", (fmi2ValueReference * 1)(reference), 1, text)
-        return (text[0] or b"").decode("utf-8", "replace")
 
     @property
     def stepper(self) -> int:
