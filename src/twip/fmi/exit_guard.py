@@ -1,6 +1,5 @@
 """Keeps a pythonfmu library from aborting the host process at its exit."""
 
-import atexit
 import ctypes
 import os
 import sys
@@ -10,12 +9,13 @@ _guarded: set[str] = set()
 
 
 def guard_exit(resources: str, binaries: str, model_identifier: str) -> None:
-    """Let Python's exit release the interpreter state of the FMU's own library, once per library path.
+    """Let the process's exit release the interpreter state of the FMU's own library, once per library path.
 
     Without it the library's destructor may touch that state after it was destroyed, and the process aborts after its
-    work is done. `resources` is the unpacked resources folder, `binaries` the name of the
-    folder that holds the library. A library that is not loaded from beside it is left
-    alone; so is any system but Linux, where alone this was seen.
+    work is done. C runs what was registered last first: this comes before the destructors of all libraries that are
+    loaded by now, also where the host is not Python and Python itself ends with one of them. `resources` is the
+    unpacked resources folder, `binaries` the name of the folder that holds the library. A library that is not loaded
+    from beside it is left alone; so is any system but Linux, where alone this was seen.
     """
     if sys.platform != "linux":
         return
@@ -23,9 +23,10 @@ def guard_exit(resources: str, binaries: str, model_identifier: str) -> None:
     if path in _guarded:
         return
     try:
-        library = ctypes.CDLL(path, mode=os.RTLD_NOLOAD | os.RTLD_NOW)
-        finalize = library.finalizePythonInterpreter
+        library = ctypes.CDLL(path, mode=os.RTLD_NOLOAD | os.RTLD_NOW)  # never unloaded again
+        register = getattr(ctypes.CDLL(None), "__cxa_atexit")
+        finalize = ctypes.cast(library.finalizePythonInterpreter, ctypes.c_void_p)
     except (OSError, AttributeError):
         return
     _guarded.add(path)
-    atexit.register(finalize)
+    register(finalize, None, None)
