@@ -118,6 +118,14 @@ def test_mappings_that_make_no_sense(folder, entries, message):
     assert [p.split(" (")[0].removeprefix("k: ") for p in check(path)] == [message]
 
 
+def test_a_large_set_of_which_little_is_used_is_one_warning(folder):
+    many = {f"other.p{i}": ("Real", i) for i in range(20_000)}
+    values, warnings = started(of_gain(folder, bind({**many, "g.k": ("Real", 3)})))
+    assert values == {"g.k": 3.0}
+    named = ", ".join(f"other.p{i}" for i in range(10))
+    assert warnings == [f"unknown parameters {named} and 19990 more are ignored"]
+
+
 def test_a_mapping_file_that_is_missing_or_something_else(folder):
     (folder / "map.ssm").write_text("<a/>")
     values = {"g.k": ("Real", 1)}

@@ -24,6 +24,8 @@ from .value_types import family
 from .wiring import Wiring
 
 Value = float | int | bool | str
+_NAMED = 10
+"""Most names in one warning."""
 
 
 @dataclass(frozen=True)
@@ -94,16 +96,30 @@ class Assignments:
             entries.setdefault(item.source, []).append(item)
             if item.source not in names:
                 self.problems.warn(f"the parameter set has no {item.source} to map", item.place)
+        missing: list[tuple[str, Place]] = []
         for parameter in parameters.parameters:
             name = scope.prefix + parameter.name
             for entry in [None] if mapping is None else entries.get(name, []):
-                self._apply(parameter, parameters, scope, name if entry is None else entry.target, entry)
+                target = (name if entry is None else entry.target) + parameter.index
+                if not self._apply(parameter, parameters, scope, target, entry):
+                    missing.append((target, parameter.place))
+        if missing:
+            self._warn_of_missing(missing, scope)
+
+    def _warn_of_missing(self, missing: list[tuple[str, Place]], scope: Scope) -> None:
+        place = Place(missing[0][1].file, missing[0][1].line, scope.path if scope.path in self.fmus else None)
+        names = ", ".join(name for name, _ in missing[:_NAMED])
+        more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+        what = f"unknown parameter {names} is" if len(missing) == 1 else f"unknown parameters {names}{more} are"
+        self.problems.warn(f"{what} ignored", place)
 
     def _apply(
         self, parameter: Parameter, parameters: ParameterSet, scope: Scope, name: str, entry: MappingEntry | None
-    ) -> None:
+    ) -> bool:
+        """Apply one parameter; return whether it is known, or reported as unknown."""
         place = parameter.place
-        for key, target in self._find(scope, name + parameter.index, place):
+        matches = self._find(scope, name, place)
+        for key, target in matches:
             if scope.from_caller:
                 self.callers[key] = place
             unit = lookup(parameter.unit, parameters.units, scope.units)
@@ -117,6 +133,7 @@ class Assignments:
                     suppress_unit_conversion=entry.suppress_unit_conversion,
                 )
             self._assign(key, target, written)
+        return bool(matches) or scope.from_caller
 
     def apply_values(self, values: Mapping[str, Value]) -> None:
         """Apply values by `component.variable`, in the variables' own units."""
@@ -146,15 +163,9 @@ class Assignments:
     def _find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
         path = scope.path
         matches = self._names.get(f"{path}.{name}" if path else name, [])
-        if not matches:
-            known = [n[len(path) + 1 :] for n in self._names if n.startswith(f"{path}.")] if path else list(self._names)
-            close = difflib.get_close_matches(name, known, 1)
-            hint = f", did you mean {close[0]}?" if close else ""
-            place = Place(place.file, place.line, path if path in self.fmus else None)
-            if scope.from_caller:
-                self.problems.add(f"unknown parameter {name}{hint}", place)
-            else:
-                self.problems.warn(f"unknown parameter {name} is ignored{hint}", place)
+        if not matches and scope.from_caller:
+            close = difflib.get_close_matches(name, self._names, 1)
+            self.problems.add(f"unknown parameter {name}" + (f", did you mean {close[0]}?" if close else ""), place)
         return matches
 
     def _assign(self, key: Key, target: Variable | Port, written: Written) -> None:

@@ -25,6 +25,8 @@ class Location:
 
     def beside(self, source: str) -> str:
         """Return how messages call the file that `source` points to."""
+        if source.startswith(("/", "file:")):
+            return source
         way, _, _ = self.name.rpartition("/")
         return f"{way}/{source}" if way else source
 
