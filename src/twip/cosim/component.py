@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .messages import LEVELS, Message
-from .parameters import StartValue, Value
 from .system import Component
 from .texts import number_of, text_of
+from .values import StartValue, Value
 from .variable import Variable
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")

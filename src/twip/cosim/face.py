@@ -4,7 +4,7 @@
 
 from typing import Protocol
 
-from .parameters import StartValue
+from .values import StartValue
 
 
 class InstanceFace(Protocol):

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from ..errors import TwipError
 from .execution import Vector
 from .face import InstanceFace, PortsFace
-from .parameters import StartValue, Value
 from .problems import Place
 from .schedule import Schedule
 from .system import ParameterLink, System
 from .texts import text_of
 from .value_types import family
+from .values import StartValue, Value
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .parameters import parse_value
 from .problems import Place, Problems
 from .scalar_types import TYPES, rule
 from .system import System
 from .texts import number_of
 from .value_types import family
+from .values import parse_value
 
 EARLY = 1e-9
 """A time counts as reached within this share of a step before it, since `start + k * step` is rounded."""

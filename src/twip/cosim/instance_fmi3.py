@@ -28,10 +28,10 @@ from fmpy.fmi3 import (
 
 from .component import UNFIT, Access, Instance
 from .fmu import Variable
-from .parameters import StartValue, Value, parse_value
 from .scalar_types import TYPES
 from .text_access import text_getter, text_setter
 from .texts import text_of
+from .values import StartValue, Value, parse_value
 
 _C_TYPES = {
     "Real": fmi3Float64, "Float32": fmi3Float32, "Int8": fmi3Int8, "UInt8": fmi3UInt8, "Int16": fmi3Int16,

@@ -25,9 +25,9 @@ from .component import ComponentError, one_line
 from .execution import Vector
 from .isolation_wire import ADVANCE, CALL, DONE, MESSAGE, START, STEP, SharedValues, Start, Wire
 from .messages import Message
-from .parameters import StartValue
 from .schedule import Schedule
 from .system import Component
+from .values import StartValue
 
 TIME_LIMIT = 10.0
 """Longest that a call may take by default, in s."""

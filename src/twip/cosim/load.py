@@ -10,7 +10,6 @@ from .arrays import expand_arrays
 from .assembly import assemble
 from .fmu import file_fingerprint
 from .fmus import read_fmus
-from .parameters import Value
 from .parametrization import parametrize
 from .problems import Problems
 from .references import DEFAULT_SSD, References
@@ -18,6 +17,7 @@ from .source import Location, read_file
 from .ssd import read_description
 from .structure import components_of
 from .system import System, cannot_share_a_process
+from .values import Value
 from .wiring import report_shared_names, wire
 
 PathLike = str | os.PathLike[str]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from lxml import etree
 
 from ..errors import TwipError
-from .parameters import Value, parse_value
 from .system import System
 from .units import BASE_UNITS, Unit
+from .values import Value, parse_value
 
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"

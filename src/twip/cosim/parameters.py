@@ -6,7 +6,6 @@ description names and nobody has is ignored, with a warning; what the caller nam
 
 import dataclasses
 import difflib
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -14,27 +13,17 @@ from .fmu import Fmu, Variable
 from .kinds import GIVING
 from .links import Conversion, Key, Port, convert_along, full_name
 from .problems import Place, Problems
-from .scalar_types import EXACT, TYPES, misfit, rule, to_float32
+from .scalar_types import EXACT, misfit, to_float32
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet
 from .texts import number_of
-from .transformation import Transformation, tabulate
-from .units import Unit, UnitMismatchError, conversion, lookup
+from .units import Unit, lookup
 from .value_types import family
+from .values import StartValue, Value, Written, out_of_range, parse_value, take
 from .wiring import Wiring
 
-Value = float | int | bool | str
 _NAMED = 10
 """Most names in one warning."""
-
-
-@dataclass(frozen=True)
-class StartValue:
-    """A value to set before initialization, in the unit and type of its variable."""
-
-    variable: Variable
-    value: Value
-    place: Place
 
 
 @dataclass(frozen=True)
@@ -48,19 +37,6 @@ class Scope:
     units: Mapping[str, Unit]
     """Units of the file that holds the binding, for what the set itself does not define."""
     from_caller: bool = False
-
-
-@dataclass(frozen=True)
-class Written:
-    """A value as it is written, on its way to its target."""
-
-    text: str
-    type: str | None
-    """None for the caller's values."""
-    unit: Unit | None
-    place: Place
-    transformation: Transformation | None = None
-    suppress_unit_conversion: bool = False
 
 
 @dataclass
@@ -177,7 +153,7 @@ class Assignments:
         if target.obstacle:
             self.problems.add(f"{target.name} cannot be set: {target.obstacle}", place)
             return
-        value = self._value(target.name, target.type, target.items, target.unit, written)
+        value = take(target.name, target.type, target.items, target.unit, written, self.problems)
         self._set_variable(key, target, value, place)
 
     def _set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
@@ -190,45 +166,6 @@ class Assignments:
                 self.problems.add(f"{variable.name} cannot be set: {value} is a value {why}", place)
                 return
         self.variables[key] = StartValue(variable, value, place)
-
-    def _value(
-        self, name: str, type_: str, items: tuple[tuple[str, int], ...], unit: Unit | None, written: Written
-    ) -> Value | None:
-        """Return a written value as its target takes it: in its type and unit, transformed; None for a problem."""
-        text, transformation, place = written.text, written.transformation, written.place
-        if transformation is not None and (misfit := transformation.misfit(type_)):
-            self.problems.add(f"{name}: {misfit}", transformation.place)
-            return None
-        known = items
-        if transformation is not None and transformation.kind == "enumeration":
-            text = transformation.names.get(text.strip(), text)
-        elif transformation is not None and transformation.kind == "integer" and written.type == "Integer":
-            known = ()  # the numbers of the set need not be items
-        value = self._parse(name, type_ if known is items else "Integer", known, text, written.type, place)
-        if value is None:
-            return None
-        if family(type_) == "Real":
-            own = None if written.suppress_unit_conversion else written.unit
-            try:
-                value = conversion(own, unit)(float(value))
-            except UnitMismatchError as mismatch:
-                self.problems.add(
-                    f"{name} = {text} [{own.name if own else ''}] for a variable in"
-                    f" {unit.name if unit else 'no unit'}: {mismatch}",
-                    place,
-                )
-                return None
-            return value if transformation is None else transformation.affine(value)
-        if transformation is None or transformation.kind == "enumeration":
-            return value
-        table = tabulate(
-            transformation, ("Integer" if known is not items else type_, known), (type_, items), self.problems
-        )
-        moved = value if table is None else table(int(value))
-        if moved is None:
-            self.problems.add(f"{name} = {text} has no entry in the mapping", place)
-            return None
-        return bool(moved) if type_ == "Boolean" else moved
 
     def _forward(self, port: Port, written: Written) -> None:
         """Give a value to a system connector: it becomes the start value of every component variable behind it."""
@@ -245,7 +182,7 @@ class Assignments:
         type_ = port.type or next((p.type for p in behind if p.type), "Real")
         items = port.items or next((p.items for p in behind if p.items), ())
         name = full_name(port.key)
-        value = self._value(name, type_, items, port.unit, written)
+        value = take(name, type_, items, port.unit, written, self.problems)
         if value is None:
             return
         self.connectors[port.key] = number_of(value) if isinstance(value, str) else float(value)
@@ -268,7 +205,7 @@ class Assignments:
             self.problems.add(f"{name} cannot be set: no settable variable feeds it", written.place)
             return
         type_, items = port.type or variable.type, port.items or variable.items
-        value = self._value(name, type_, items, port.unit, written)
+        value = take(name, type_, items, port.unit, written, self.problems)
         if value is None or isinstance(value, str):
             self._set_variable(link.source.key, variable, value, written.place)
             return
@@ -289,27 +226,6 @@ class Assignments:
         if family(variable.type) == "Real":
             return moved
         return bool(moved) if variable.type == "Boolean" else int(moved)
-
-    def _parse(
-        self,
-        name: str,
-        target: str,
-        items: tuple[tuple[str, int], ...],
-        text: str,
-        type_: str | None,
-        place: Place,
-    ) -> Value | None:
-        """Return `text` as a value of the target's type; `type_` is the type it was written in, None for the caller's
-        values.
-        """
-        kinds = (None if type_ is None else family(type_), family(target))
-        fits = type_ is None or kinds[0] == kinds[1] or kinds in _ALSO_FITS
-        value = parse_value(text, target, items) if fits else None
-        if value is None:
-            self.problems.add(
-                f"{name} = {text!r} must be {rule(target)}" + (f", not {type_}" if not fits else ""), place
-            )
-        return value
 
     def check_connected(self) -> None:
         """Report the caller's values for what a component or a given connector feeds: they would have no effect.
@@ -335,49 +251,3 @@ class Assignments:
         for start in self.variables.values():
             for problem in out_of_range(start.variable, start.value):
                 self.problems.add(problem, start.place)
-
-
-def out_of_range(variable: Variable, value: Value) -> list[str]:
-    """Return a line for each bound of the variable that `value`, in the variable's unit, does not keep."""
-    if isinstance(value, str):
-        return []
-    unit, problems = f" {variable.unit.name}" if variable.unit else "", []
-    for bound, word, wrong in (
-        (variable.minimum, "at least", variable.minimum is not None and value < variable.minimum),
-        (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
-    ):
-        if wrong:
-            if family(variable.type) != "Real" and bound is not None and bound.is_integer():
-                bound = int(bound)
-            problems.append(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}")
-    return problems
-
-
-_ALSO_FITS = {("Integer", "Real"), ("Integer", "Enumeration"), ("String", "Enumeration")}
-
-
-def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) -> Value | None:
-    """Return `text` as a value of an FMI type, None when it is none; reals must be finite, whole numbers fit the type.
-
-    A Float32 is the nearest number of 32 bits.
-    """
-    if type_ == "String":
-        return text
-    text, kind = text.strip(), family(type_)
-    if kind in ("Real", "Integer") and "_" in text:
-        return None
-    try:
-        if kind == "Real":
-            real = to_float32(float(text)) if type_ == "Float32" else float(text)
-            return real if math.isfinite(real) else None
-        if kind == "Integer":
-            integer = int(text) if not any(c in text for c in ".eE") else float(text)
-            least, most = TYPES[type_].minimum, TYPES[type_].maximum
-            return int(integer) if integer == int(integer) and least <= integer <= most else None
-        if kind == "Enumeration":
-            values = dict(items)
-            number = values[text] if text in values else int(text)
-            return number if number in values.values() else None
-    except (ValueError, OverflowError):
-        return None
-    return {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}.get(text.lower())

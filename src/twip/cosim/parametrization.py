@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 
 from .bindings import fetch
 from .fmu import Fmu, file_fingerprint
-from .parameters import Assignments, Scope, Value
+from .parameters import Assignments, Scope
 from .problems import Problems
 from .ssv import read_parameter_file
 from .structure import Binding, ComponentElement, SystemElement, components_of, systems_of
+from .values import Value
 from .wiring import Wiring
 
 Sources = dict[str, dict[str, str]]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from .experiment import TimeGrid
 from .inputs import EARLY, NO_INPUTS, InputSeries
-from .parameters import StartValue
+from .values import StartValue
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ import difflib
 from collections.abc import Mapping, Set
 
 from .experiment import TimeGrid
-from .parameters import Value, parse_value
 from .problems import Problems
 from .system import System
 from .toml_file import TomlFile, number, shown
+from .values import Value, parse_value
 
 
 class Entries:

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from .experiment import TimeGrid
 from .fault_entries import FaultEntries
 from .inputs import RULES, InputSeries, find_target, read_inputs, series_of
-from .parameters import StartValue, out_of_range
 from .problems import Problems
 from .scenario import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .system import System
 from .toml_file import TomlFile, number, shown
+from .values import StartValue, out_of_range
 
 
 def read_scenario(

@@ -8,11 +8,11 @@ from .archive import Workspace, unpack
 from .fmu import Fmu, Variable
 from .kept import NotKeptError, abandon, keep
 from .links import Conversion
-from .parameters import StartValue
 from .record import Channel, columns
 from .ssd import Experiment
 from .transformation import Mapping
 from .units import Affine
+from .values import StartValue
 
 
 @dataclass(frozen=True)
