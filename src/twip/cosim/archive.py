@@ -13,6 +13,10 @@ from ..errors import TwipError
 
 MAXIMUM_BYTES = 4 * 1024**3
 """Most that one archive may unpack to."""
+MAXIMUM_RATIO = 200
+"""Most that an archive may grow by when it is unpacked; binaries and text grow by less than 20."""
+UNSUSPICIOUS_BYTES = 64 * 1024**2
+"""What an archive may always unpack to."""
 MAXIMUM_FILES = 100_000
 FALLBACKS = ("/tmp", "/var/tmp")
 """Where to unpack when the path of the usual temporary folder is not plain."""
@@ -59,7 +63,7 @@ def unpack(archive: pathlib.Path, target: pathlib.Path, name: str) -> None:
     try:
         with zipfile.ZipFile(archive) as file:
             entries = file.infolist()
-            _refuse(entries, name)
+            _refuse(entries, archive.stat().st_size, name)
             for entry in entries:
                 file.extract(entry, target)
     except FileNotFoundError:
@@ -78,8 +82,10 @@ def unpack(archive: pathlib.Path, target: pathlib.Path, name: str) -> None:
         raise TwipError(f"{name}: cannot be unpacked ({error.strerror or error})") from None
 
 
-def _refuse(entries: list[zipfile.ZipInfo], name: str) -> None:
+def _refuse(entries: list[zipfile.ZipInfo], size: int, name: str) -> None:
     total = sum(entry.file_size for entry in entries)
+    if total > max(UNSUSPICIOUS_BYTES, MAXIMUM_RATIO * size):
+        raise TwipError(f"{name}: {size} bytes that unpack to {total} bytes are no honest archive")
     if total > MAXIMUM_BYTES or len(entries) > MAXIMUM_FILES:
         raise TwipError(
             f"{name}: {len(entries)} files of {total} bytes exceed the limit of {MAXIMUM_FILES} files,"
@@ -94,8 +100,11 @@ def _refuse(entries: list[zipfile.ZipInfo], name: str) -> None:
         path = entry.filename.replace("\\", "/")
         if path.startswith("/") or re.match(r"[A-Za-z]:", path) or ".." in path.split("/"):
             raise TwipError(f"{name}: entry {entry.filename!r} leads out of the archive")
-        if stat.S_ISLNK(entry.external_attr >> 16):
-            raise TwipError(f"{name}: entry {entry.filename!r} is a link")
+        kind = stat.S_IFMT(entry.external_attr >> 16)
+        if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+            what = "link" if kind == stat.S_IFLNK else "device or the like"
+            raise TwipError(f"{name}: entry {entry.filename!r} is a {what}")
+        path = "/".join(part for part in path.split("/") if part not in ("", "."))
         if path in seen:
             raise TwipError(f"{name}: entry {entry.filename!r} is there twice")
         seen.add(path)

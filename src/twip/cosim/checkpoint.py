@@ -103,6 +103,9 @@ class Checkpoint:
         """Read a checkpoint. Raises `TwipError` for a file that is none, or of another format."""
         try:
             with zipfile.ZipFile(path) as archive:
+                members = archive.infolist()
+                if sum(m.file_size for m in members) > path.stat().st_size or any(m.compress_type for m in members):
+                    raise ValueError("its members are compressed or overlap")
                 header = json.loads(archive.read("checkpoint.json"))
                 if header["format"] != FORMAT:
                     raise TwipError(f"checkpoint {path} has the format {header['format']!r}, not {FORMAT!r}")

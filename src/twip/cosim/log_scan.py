@@ -9,7 +9,9 @@ import zlib
 from dataclasses import dataclass, field
 from io import BytesIO
 
+import lz4.frame
 import numpy as np
+import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -18,6 +20,11 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
 HEAD = struct.Struct("<BQ")
+UNSUSPICIOUS_BYTES = 1024**3
+MAXIMUM_RATIO = 200
+"""Chunks may unpack to so many bytes, or to so many times the size of the file if that is more."""
+_LZ4_RATIO = 255
+"""Most that LZ4 can grow by."""
 BODY_HEAD = 22
 """Bytes of a message's body before its data: channel, sequence, log time, publish time."""
 
@@ -36,6 +43,8 @@ class Scan:
     metadata: list[records.Metadata] = field(default_factory=list)
     attachments: list[records.Attachment] = field(default_factory=list)
     bodies: dict[int, list[NDArray[np.uint8]]] = field(default_factory=dict)
+    uncompressed: int = 0
+    """Bytes that the chunks so far may take."""
     complete: bool = False
     """Whether the file was finished; otherwise what follows the last whole record is left out."""
 
@@ -71,14 +80,14 @@ def scan(data: bytes) -> Scan:
                 raise DamagedError("the checksum of its data differs")
             data_end = position
         elif data_end is None:
-            _take(found, opcode, body, position)
+            _take(found, opcode, body, position, max(UNSUSPICIOUS_BYTES, MAXIMUM_RATIO * len(data)))
         position = end
     if finished:
         raise DamagedError("it has no footer")
     return found
 
 
-def _take(found: Scan, opcode: int, body: bytes, position: int) -> None:
+def _take(found: Scan, opcode: int, body: bytes, position: int, limit: int) -> None:
     if opcode == Opcode.HEADER:
         found.library = records.Header.read(_stream(body)).library
     elif opcode == Opcode.METADATA:
@@ -92,12 +101,26 @@ def _take(found: Scan, opcode: int, body: bytes, position: int) -> None:
         chunk = records.Chunk.read(_stream(body))
         if chunk.compression not in ("", "lz4", "zstd"):
             raise DamagedError(f"the chunk at byte {position} is compressed as {chunk.compression!r}")
+        found.uncompressed += _grows_to(chunk)
+        if found.uncompressed > limit:
+            raise DamagedError(f"the chunk at byte {position} would unpack to more than {limit} bytes")
         stream, size = get_chunk_data_stream(chunk, validate_crc=True)
         if size != chunk.uncompressed_size:
             raise DamagedError(f"the chunk at byte {position} has {size} bytes instead of {chunk.uncompressed_size}")
         _split(found, stream.read(size), position)
     elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
         _take_inner(found, opcode, body)
+
+
+def _grows_to(chunk: records.Chunk) -> int:
+    """Return how many bytes the decoder of a chunk may make, which looks at nothing but its data."""
+    says = 0
+    if chunk.compression == "zstd":
+        known = zstandard.get_frame_parameters(chunk.data).content_size
+        says = 0 if known == zstandard.CONTENTSIZE_UNKNOWN else known
+    elif chunk.compression == "lz4":
+        says = lz4.frame.get_frame_info(chunk.data)["content_size"] or _LZ4_RATIO * len(chunk.data)
+    return max(says, chunk.uncompressed_size)
 
 
 def _take_inner(found: Scan, opcode: int, body: bytes) -> None:

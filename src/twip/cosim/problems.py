@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..errors import TwipError
+from ..errors import TwipError, clear
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Problems:
 
     def add(self, message: str, place: Place | None = None) -> None:
         """Add one problem; line breaks inside `message` become spaces."""
-        text = " ".join(message.split())
+        text = clear(" ".join(message.split()))
         self._lines[text if place is None else f"{text} ({place})"] = None
 
     def warn(self, message: str, place: Place | None = None) -> None:
         """Add a warning about what is odd or ignored, yet allowed; of the same message the first place is kept."""
-        self._warnings.setdefault(" ".join(message.split()), place)
+        self._warnings.setdefault(clear(" ".join(message.split())), place)
 
     @property
     def warnings(self) -> list[str]:

@@ -11,6 +11,7 @@ from .inputs import RULES, InputSeries, find_target, read_inputs, series_of
 from .problems import Problems
 from .scenario import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
+from .source import is_special
 from .system import System
 from .toml_file import TomlFile, number, shown
 from .values import StartValue, out_of_range
@@ -75,6 +76,9 @@ class _Reader(Entries):
         if source is not None and not isinstance(source, str):
             place = self.file.place("", 0, "input_file")
             self.problems.add(f"input_file = {shown(source)} must be the path of a CSV file", place)
+        elif source is not None and is_special(folder / source):
+            place = self.file.place("", 0, "input_file")
+            self.problems.add(f"input_file = {shown(source)} is a device or the like, not a file", place)
         elif source is not None:
             inputs = self._joined(inputs, read_inputs(folder / source, self.system, self.problems), "input_file")
         table = content.get("inputs", {})

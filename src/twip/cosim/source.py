@@ -36,7 +36,7 @@ class Location:
         try:
             uri = urllib.parse.urlsplit(source)
             path = (folder / urllib.parse.unquote(uri.path, errors="strict")).resolve()
-            path.exists()  # a path that the file system cannot take
+            special = is_special(path)
         except (ValueError, OSError, RuntimeError) as error:
             problems.add(f"source {source!r} is not a usable path: {error}", place)
             return None
@@ -46,7 +46,15 @@ class Location:
         if self.enclosure is not None and not path.is_relative_to(self.enclosure.resolve()):
             problems.add(f"source {source} leads out of the archive", place)
             return None
+        if special:
+            problems.add(f"source {source} is a device or the like, not a file", place)
+            return None
         return path, urllib.parse.unquote(uri.fragment)
+
+
+def is_special(path: pathlib.Path) -> bool:
+    """Tell whether `path` is a device, pipe or socket, which a document may not name: reading it may never end."""
+    return path.exists() and not (path.is_file() or path.is_dir())
 
 
 def read_file(path: pathlib.Path, file: str, problems: Problems, place: Place | None = None) -> Element | None:

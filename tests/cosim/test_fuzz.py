@@ -1,0 +1,213 @@
+"""Thousands of damaged files of each kind: each is read, or refused in clear lines; nothing else, and not slowly.
+
+`pytest -m heavy tests/cosim/test_fuzz.py` reads 10 000.
+"""
+
+import random
+import shutil
+import signal
+import traceback
+import zipfile
+
+import mutate
+import pytest
+from ssp_writer import HEAD, bind, component, connection, edit_fmu, linear, parameter_set, system, units, write
+
+from twip.cosim import check, load, playback, simulate
+from twip.cosim.checkpoint import Checkpoint
+from twip.cosim.experiment import time_grid
+from twip.cosim.inputs import NO_INPUTS
+from twip.cosim.log import Attachment, McapLog
+from twip.cosim.problems import Problems
+from twip.cosim.scenario_file import read_scenario
+from twip.errors import TwipError
+
+SLOW = 20
+"""Most that one file may take, in s; machines may be busy."""
+SHARES = {"ssd": 4, "ssv": 3, "csv": 3, "toml": 2, "mcap": 2, "checkpoint": 1, "ssp": 1, "description": 2}
+TOML = """\
+description = "all kinds of entries"
+input_file = "drive.csv"
+
+[inputs]
+"m.held" = [[0.0, 1.0], [0.5, 2.0]]
+
+[[faults]]
+signal = "a.y"
+kind = "bias"
+value = 0.5
+start = 0.25
+stop = 0.5
+
+[[faults]]
+signal = "b.u"
+kind = "dropout"
+start = 0.75
+
+[[faults]]
+signal = "a.z"
+kind = "delay"
+value = 0.1
+
+[[parameters]]
+time = 0.5
+name = "m.label"
+value = "late"
+"""
+CSV = "time,drive,m.n,m.on\n0,1.5,2,true\n0.25,2.5,3,false\n0.25,-1e-3,4,1\n1.0,3,5,0\n"
+
+
+@pytest.fixture(scope="module")
+def samples(fmus, tmp_path_factory):
+    """A folder with a whole file of each kind, which is also where the damaged ones go."""
+    folder = tmp_path_factory.mktemp("fuzz")
+    for fmu in ("CosimGain", "CosimMixed", "CosimIntegrator"):
+        (folder / f"{fmu}.fmu").write_bytes((fmus / f"{fmu}.fmu").read_bytes())
+    inner = system(
+        [component("g", "CosimGain.fmu", "u> y<", bind({"k": ("Real", 3)}))],
+        [connection("v -> g.u", linear(2, 1)), connection("g.y -> w")], "v>:Real w<:Real", name="inner",
+    )  # fmt: skip
+    set_ = parameter_set(
+        {"a.k": ("Real", 5, "m"), "b.k": ("Real", 0.5), "m.label": ("String", "x")}, units("m m=1", "ssv")
+    )
+    (folder / "set.ssv").write_text(set_)
+    (folder / "drive.csv").write_text("time,inner.v\n0,0\n1,1\n".replace("inner.v", "drive"))
+    (folder / "scenario.toml").write_text(TOML)
+    (folder / "inputs.csv").write_text(CSV)
+    body = system(
+        [
+            component("a", "CosimGain.fmu", "u> y< z<"),
+            component("b", "CosimGain.fmu", "u> y<", bind({"k": ("Real", 2)})),
+            component("i", "CosimIntegrator.fmu", "u> x<"),
+            component("m", "CosimMixed.fmu", "n> on> held> total< seen<"),
+            inner,
+        ],
+        [
+            connection("drive -> a.u"), connection("a.y -> b.u", linear(0.5)), connection("b.y -> inner.v"),
+            connection("inner.w -> i.u", suppressUnitConversion="true"), connection("i.x -> result"),
+        ],
+        "drive>:Real[deg] result<", bind(source="set.ssv"),
+    )  # fmt: skip
+    tail = units("deg rad=1 factor=0.0174; rad rad=1; m m=1") + '<ssd:DefaultExperiment stopTime="1"/>'
+    path = write(folder, body, tail=tail)
+    text = path.read_text()
+    assert check(path) == []
+    with load(path) as loaded:
+        log = McapLog(folder / "run.mcap", loaded.channels, {"run": {"a": "b"}}, [Attachment.file(path)])
+        simulate(loaded, step_size=0.01, sinks=[log], input_file=folder / "inputs.csv", loop="python")
+    with zipfile.ZipFile(folder / "whole.ssp", "w") as file:
+        for source in (path, folder / "set.ssv", *folder.glob("*.fmu")):
+            file.write(source, source.name)
+    with zipfile.ZipFile(folder / "CosimMixed.fmu") as file:
+        (folder / "modelDescription.xml").write_bytes(file.read("modelDescription.xml"))
+    gain = [edit_fmu(folder / "CosimGain.fmu", folder / "state.fmu", state=True)]
+    one = write(folder, system([component("g", gain[0].name, "u> y<")]))
+    with load(one) as loaded:
+        simulate(loaded, step_size=0.1, checkpoint=folder / "run.checkpoint", loop="python")
+    one.unlink()
+    path.write_text(text)
+    return folder
+
+
+class Slow(BaseException):
+    """A file takes too long; no handler in the code under test may catch it."""
+
+
+def too_slow(*_):
+    raise Slow
+
+
+class Reading:
+    """How each kind of file is damaged and read."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.system = load(folder / "SystemStructure.ssd")
+        self.grid = time_grid(self.system, None, None, 0.01)
+
+    def original(self, kind):
+        names = {
+            "ssd": "SystemStructure.ssd", "ssv": "set.ssv", "csv": "inputs.csv", "toml": "scenario.toml",
+            "mcap": "run.mcap", "checkpoint": "run.checkpoint", "ssp": "whole.ssp",
+            "description": "modelDescription.xml",
+        }  # fmt: skip
+        return (self.folder / names[kind]).read_bytes()
+
+    def damaged(self, kind, random):
+        change = {
+            "ssd": mutate.xml, "ssv": mutate.xml, "csv": mutate.table, "toml": mutate.toml, "mcap": mutate.mcap,
+            "checkpoint": mutate.archive, "ssp": mutate.archive, "description": mutate.xml,
+        }[kind]  # fmt: skip
+        return change(self.original(kind), random)
+
+    def read(self, kind, data):
+        """Read a damaged file as a run would; return the lines by which it is refused."""
+        file = self.folder / f"damaged.{'ssd' if kind == 'description' else kind}"
+        file.write_bytes(data)
+        try:
+            if kind in ("ssd", "ssp"):
+                return check(file)
+            if kind == "ssv":
+                return check(self.folder / "SystemStructure.ssd", parameters=[file])
+            if kind == "description":
+                shutil.copy(self.folder / "CosimMixed.fmu", self.folder / "mixed.fmu")
+                with zipfile.ZipFile(self.folder / "mixed.fmu", "a") as archive:
+                    archive.filelist.remove(archive.NameToInfo.pop("modelDescription.xml"))
+                    archive.writestr("modelDescription.xml", data)
+                body = system([component("m", "mixed.fmu", "n> on> held> total< seen<")])
+                file.write_text(f'{HEAD} version="1.0" name="t">{body}</ssd:SystemStructureDescription>')
+                return check(file, start_values={"m.label": "x"})
+            if kind in ("csv", "toml"):
+                problems = Problems()
+                read_scenario(*((None, file) if kind == "csv" else (file, None)), self.system, self.grid, problems)
+                return problems.lines
+            if kind == "mcap":
+                playback.read(file)
+            else:
+                found = Checkpoint.read(file)
+                found.check(file, found.identity, self.grid, NO_INPUTS)
+        except TwipError as error:
+            return str(error).splitlines() or ["an empty message"]
+        return []
+
+
+def fuzz(folder, kind, first, count):
+    """Read `count` damaged files; return what is wrong with the answers, and how many were refused."""
+    wrong, refused = [], 0
+    reading = Reading(folder)
+    before = signal.signal(signal.SIGALRM, too_slow)
+    try:
+        for seed in range(first, first + count):
+            data = reading.damaged(kind, random.Random(f"{kind} {seed}"))
+            signal.alarm(SLOW)
+            try:
+                lines = reading.read(kind, data)
+                refused += bool(lines)
+                wrong += [f"{kind} {seed}: {line!r}" for line in lines if not line.isprintable() or len(line) > 2100]
+            except Slow:
+                wrong.append(f"{kind} {seed}: not read within {SLOW} s\n{traceback.format_exc(limit=-3)}")
+            except Exception:
+                wrong.append(f"{kind} {seed}: {traceback.format_exc(limit=-4)}")
+            finally:
+                signal.alarm(0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+        reading.system.close()
+    return wrong, refused
+
+
+@pytest.mark.parametrize("kind", SHARES)
+def test_damaged_files_are_read_or_refused(samples, kind):
+    count = 500 * SHARES[kind] // sum(SHARES.values())
+    wrong, refused = fuzz(samples, kind, 0, count)
+    assert wrong == [], "\n".join(wrong[:10])
+    assert refused > count // 4
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("kind", SHARES)
+def test_thousands_of_damaged_files_are_read_or_refused(samples, kind):
+    count = 10_000 * SHARES[kind] // sum(SHARES.values())
+    wrong, refused = fuzz(samples, kind, 1000, count)
+    assert wrong == [], "\n".join(wrong[:10])
+    assert refused > count // 4
