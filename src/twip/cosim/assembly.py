@@ -96,7 +96,7 @@ class _Assembly:
         return None if self.problems else System(
             self.description.name, file, tuple(components), tuple(channels), tuple(copies), tuple(opened),
             self._parameter_links(index), self.description.experiment, tuple(self.problems.warnings),
-            sources, workspace,
+            sources, workspace, self.assignments,
         )  # fmt: skip
 
     def _component(self, path: str, fmu: Fmu) -> Component:
@@ -108,7 +108,6 @@ class _Assembly:
             if (path, v.name) in self._sources and v.causality != "output" and v.recorded_type in RECORDED_TYPES
         ]
         outputs = tuple(sorted((*outputs, *more), key=lambda v: RECORDED_TYPES.index(v.recorded_type)))
-        values = [value for key, value in self.assignments.variables.items() if key[0] == path]
         unread = [
             v.name
             for v in fmu.variables.values()
@@ -116,7 +115,7 @@ class _Assembly:
         ]
         if unread:
             self.problems.warn(f"{path}: variables of type Binary are not read or set: {', '.join(unread)}")
-        return Component(path, fmu, fmu.ports("input"), outputs, tuple(values))
+        return Component(path, fmu, fmu.ports("input"), outputs, self.assignments.of(path))
 
     def _parameter_links(self, index: dict[Key, int]) -> tuple[ParameterLink, ...]:
         """Return the connections that give a parameter a value that another component calculates."""

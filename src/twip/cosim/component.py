@@ -191,6 +191,11 @@ class Instance(ABC):
         self._initialized = True
 
     @property
+    def folder(self) -> pathlib.Path:
+        """Folder of the unpacked FMU."""
+        return self._folder
+
+    @property
     def _time(self) -> float:
         return float(self._clock[0])
 
@@ -247,17 +252,38 @@ class Instance(ABC):
         if state and self._folder not in self._dead:
             self.call(f"{self.version}Free{self._state}", ctypes.byref(ctypes.c_void_p(state)))
 
+    def reset(self) -> bool:
+        """Terminate and go back to where instantiation left off; False when the FMU refuses."""
+        if self._freed or self._folder in self._dead or self._status >= _ERROR:
+            return False
+        done = (not self._initialized or self._leave("Terminate")) and self._leave("Reset")
+        self._initialized = False
+        self._said.clear()
+        return done
+
+    def serve(
+        self, component: Component, messages: list[Message], dead: set[pathlib.Path], clock: NDArray[np.float64]
+    ) -> None:
+        """Belong to another run from now on, as `component` of the same FMU and name; see the constructor."""
+        self.component, self._messages, self._dead, self._clock = component, messages, dead, clock
+
+    def _leave(self, function: str) -> bool:
+        """Call a function that ends a run; False when it fails, which is only logged."""
+        try:
+            self.call(f"{self.version}{function}")
+        except ComponentError as failure:
+            self._messages.append(Message(self._time, "warning", self.name, str(failure)))
+            return False
+        return True
+
     def close(self) -> None:
         """Terminate and free what the FMI state machine allows; failures here are only logged."""
         if self._freed:
             return
         self._freed = True
         if self.handle is not None and self._folder not in self._dead:
-            try:
-                if self._initialized and self._status < _ERROR:
-                    self.call(f"{self.version}Terminate")
-            except ComponentError as failure:
-                self._messages.append(Message(self._time, "warning", self.name, str(failure)))
+            if self._initialized and self._status < _ERROR:
+                self._leave("Terminate")
             if self._folder not in self._dead:
                 getattr(self.slave, f"{self.version}FreeInstance")(self.handle)
         self._unload()

@@ -4,6 +4,7 @@ A name stands for every variable and connector of that hierarchical name (SSP 1.
 description names and nobody has is ignored, with a warning; what the caller names must be there.
 """
 
+import copy
 import dataclasses
 import difflib
 from collections.abc import Mapping
@@ -63,6 +64,17 @@ class Assignments:
 
     def _enter(self, key: Key, target: Variable | Port) -> None:
         self._names.setdefault(full_name(key), []).append((key, target))
+
+    def continued(self, problems: Problems) -> "Assignments":
+        """Return assignments that begin with these and may take more, with `problems` of their own."""
+        more = copy.copy(self)
+        more.problems, more.callers = problems, {}
+        more.variables, more.connectors = dict(self.variables), dict(self.connectors)
+        return more
+
+    def of(self, path: str) -> tuple[StartValue, ...]:
+        """Return the start values of the component at a dotted path."""
+        return tuple(value for key, value in self.variables.items() if key[0] == path)
 
     def apply_set(self, parameters: ParameterSet, scope: Scope, mapping: ParameterMapping | None = None) -> None:
         """Apply a parameter set to a component or system; with a mapping, only what it names."""

@@ -19,12 +19,12 @@ from .experiment import TimeGrid
 from .face import InstanceFace, PortsFace
 from .faults import Faults
 from .initialization import initialize
-from .instantiate import instantiate
 from .interrupt import InterruptFlag
 from .isolation import IsolatedInstance, Isolation
 from .kept import awaits_compiling
 from .messages import Message
 from .pace import Pacer
+from .pool import InstancePool
 from .ports import Ports
 from .results import Result
 from .scenario import Scenario
@@ -77,6 +77,7 @@ class Run:
     notice: Callable[[str], None]
     time_limit: float | None
     """Longest that a call of an FMU may take, in s, each in a process of its own; None keeps all in this process."""
+    pool: InstancePool
     instances: list[InstanceFace] = field(default_factory=list)
     dead: set[pathlib.Path] = field(default_factory=set)
 
@@ -99,7 +100,7 @@ class Run:
                 )
         types = [signal.type for channel in system.channels for signal in channel.signals]
         self._texts = [i for i, type_ in enumerate(types) if type_ == "String"]
-        self.delivered = False
+        self.delivered = self.completed = False
         self.saved: int | None = None
         self._identity = identify(system, grid, self.coupling, self.scenario)
         self._digest = InputDigest(self.inputs, grid)
@@ -116,6 +117,7 @@ class Run:
                 started = time.perf_counter()
                 if execution is not None and loop is not None:
                     self._advance(loop, execution)
+                self.completed = True
             except TwipError as failure:
                 self._say("error", str(failure))
                 raise
@@ -199,7 +201,7 @@ class Run:
         for (component, folder), plan in zip(parts, self.schedule.components, strict=True):
             if self.interrupted:
                 return None
-            instance = instantiate(component, folder, self.delivery.messages, self.dead, self.clock)
+            instance = self.pool.take(component, folder, self.delivery.messages, self.dead, self.clock)
             self.instances.append(instance)
             ports.append(Ports(plan, instance, self.values))
         return ports
@@ -307,7 +309,7 @@ class Run:
     def _free(self) -> None:
         """Free all instances, the last first, and deliver their last messages."""
         for instance in reversed(self.instances):
-            instance.close()
+            self.pool.give_back(instance, self.completed)
         if self._isolation is not None:
             self._isolation.close()
         for folder in self.dead:

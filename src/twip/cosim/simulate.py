@@ -20,6 +20,7 @@ from .interrupt import InterruptFlag
 from .isolation import TIME_LIMIT
 from .loop import PythonLoop
 from .pace import Pacer
+from .pool import InstancePool
 from .problems import Problems
 from .record import Sink
 from .results import Result, Table
@@ -56,6 +57,7 @@ def simulate(
     checkpoint_every: float | None = None,
     resume: str | os.PathLike[str] | None = None,
     real_time: float | None = None,
+    pool: InstancePool | None = None,
 ) -> Result:
     """Run `system`; times and step in s, `coupling` `jacobi`, `gauss-seidel` or `iterated`.
 
@@ -83,7 +85,8 @@ def simulate(
     as if it had never stopped. It must be the same in everything but the stop time and later values of the inputs; its
     first row is that of the checkpoint.
 
-    `real_time` holds the run back to so many simulated seconds per second; the result tells of missed deadlines.
+    `real_time` holds the run back to so many simulated seconds per second; the result tells of missed deadlines. A
+    `pool` keeps the instances for the next run of the system or of a variation of its start values.
 
     Raises `TwipError` for bad arguments and for the failure of a component.
     """
@@ -143,6 +146,7 @@ def simulate(
             time_limit=limit,
             progress=progress or _ignore,
             notice=notice or _ignore,
+            pool=pool or InstancePool(keeps=False),
         ).execute()
     return dataclasses.replace(result, table=table)
 

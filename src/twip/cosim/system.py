@@ -2,17 +2,20 @@
 
 import pathlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Mapping as MappingType
+from dataclasses import dataclass, field, replace
 
 from .archive import Workspace, unpack
 from .fmu import Fmu, Variable
 from .kept import NotKeptError, abandon, keep
-from .links import Conversion
+from .links import Conversion, full_name
+from .parameters import Assignments
+from .problems import Problems
 from .record import Channel, columns
 from .ssd import Experiment
 from .transformation import Mapping
 from .units import Affine
-from .values import StartValue
+from .values import StartValue, Value
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,8 @@ class System:
     """What is odd, yet allowed by the standard."""
     sources: dict[str, dict[str, str]]
     workspace: Workspace
+    assignments: Assignments
+    """Where the start values come from; further ones go on top."""
     _unpacked: dict[pathlib.Path, pathlib.Path] = field(default_factory=dict)
 
     @property
@@ -104,6 +109,29 @@ class System:
             result[channel.component] = first
             first += len(channel.signals)
         return result
+
+    def with_start_values(self, start_values: MappingType[str, Value]) -> "System":
+        """Return the system with further start values by `component.variable`, under the rules of `load`.
+
+        It shares files and unpacked FMUs with this one and costs less than a millisecond. Raises `TwipError` with one
+        line per problem.
+        """
+        problems = Problems()
+        assignments = self.assignments.continued(problems)
+        assignments.apply_values(start_values)
+        assignments.check_connected()
+        assignments.check_ranges()
+        problems.raise_any()
+        names = self.columns
+        given = {full_name(key): value for key, value in assignments.connectors.items()}
+        told = self.sources.get("start values", {}) | {name: str(value) for name, value in start_values.items()}
+        return replace(
+            self,
+            components=tuple(replace(c, start_values=assignments.of(c.name)) for c in self.components),
+            open_connectors=tuple(replace(o, start=given.get(names[o.column])) for o in self.open_connectors),
+            sources={**self.sources, "start values": told} if told else self.sources,
+            assignments=assignments,
+        )
 
     def unpacked(self, fmu: Fmu, tell: Callable[[str], None]) -> pathlib.Path:
         """Return the folder that holds the unpacked FMU, kept for later runs if possible; else `tell` is told why not.
