@@ -22,6 +22,7 @@ COMMANDS = {
     "parameters": "list a system's parameters",
     "identify": "friction and inertia of a motor from bench data",
     "paper": "run the paper's experiments and check its claims",
+    "sweep": "many runs with other values, here or on a cluster",
     "stability": "where the controller stands although its model is wrong",
 }
 """Each is a module of `commands`; only the one that is called is imported, for some take their time."""

@@ -1,18 +1,36 @@
 """The progress bar of long commands."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Protocol
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 
+class Update(Protocol):
+    """Tells a progress bar how far it is."""
+
+    def __call__(self, done: float, total: float | None = None) -> None:
+        """Show that so much is done, and with `total` of how much."""
+
+
 @contextmanager
-def progress_bar(label: str, total: float, unit: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar on standard error while the block runs; silent where that is not a terminal."""
+def progress_bar(label: str, total: float | None, unit: str, digits: int = 1) -> Iterator[Update]:
+    """Show a progress bar on standard error while the block runs; silent where that is not a terminal.
+
+    Without `total` it appears when the first update tells one; what is done is shown with so many `digits`.
+    """
     console = Console(stderr=True)
-    text = TextColumn("{task.completed:.1f}/{task.total:g} " + unit)
+    text = TextColumn(f"{{task.completed:.{digits}f}}/{{task.total:g}} {unit}")
     columns = (TextColumn("{task.description}"), BarColumn(), text, TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(label, total=total)
-        yield lambda done: bar.update(task, completed=done)
+        task = bar.add_task(label, total=total or 0.0, visible=total is not None)
+
+        def update(done: float, total: float | None = None) -> None:
+            if total is None:
+                bar.update(task, completed=done)
+            else:
+                bar.update(task, completed=done, total=total, visible=True)
+
+        yield update

@@ -19,14 +19,16 @@ class SoleFile:
     Devices and pipes are shared.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, keep: int = 0) -> None:
+        """Open the file; its first `keep` bytes stay, and what is written follows them."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self._stream = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, 0o666), "wb", buffering=0)
-        self._position = 0
+        self._position = keep
         if stat.S_ISREG(os.fstat(self._stream.fileno()).st_mode):
             try:
                 self._lock()
-                self._stream.truncate()
+                self._stream.truncate(keep)
+                self._stream.seek(keep)
             except OSError:
                 self._stream.close()
                 raise
