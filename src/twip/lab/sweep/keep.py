@@ -52,7 +52,7 @@ class Keep:
 
         def badness(row: Row) -> tuple[int, float, int]:
             value = row.metrics.get(metric or "")
-            return _BADNESS.get(row.verdict, 2), float("-inf") if value is None else -value, row.number
+            return _BADNESS.get(row.verdict, 2), float("inf") if value is None else -value, row.number
 
         return [row.number for row in sorted(rows, key=badness)[: self.worst]]
 

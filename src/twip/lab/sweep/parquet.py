@@ -4,11 +4,12 @@ The same sweep gives the same bytes, however and where its runs were done: there
 the file. The schema's metadata, under `twip`, say as JSON what was run: plan, FMU fingerprints, versions.
 """
 
+import itertools
 import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -120,6 +121,12 @@ class Results:
         """Labels of what varied, `parameters` first if there were parameter sets."""
         sets = ["parameters"] if "parameters" in self.columns else []
         return sets + [str(axis["label"]) for axis in self.description["axes"]]
+
+    def only(self, parameter_set: str) -> "Results":
+        """Return the runs with one of the parameter sets."""
+        kept = [label == parameter_set for label in self.columns["parameters"]]
+        columns = {n: list(itertools.compress(column, kept)) for n, column in self.columns.items()}
+        return replace(self, columns=columns)
 
     @property
     def judged(self) -> bool:

@@ -64,21 +64,25 @@ def _means(values: Array, chosen: Any, across: "_Classes", down: "_Classes") -> 
     return means
 
 
-def draw_rate(results: Results, x: str, path: Path, title: str = "") -> None:
-    """Draw the success rate along an axis with its interval, one line per parameter set. Raises `TwipError`."""
-    _check_axes(results, (x,))
+def draw_rate(results: Results, along: Sequence[str], path: Path, title: str = "") -> None:
+    """Draw the success rate with its interval along each of some axes, one line per parameter set.
+
+    Raises `TwipError` for unknown columns, a sweep without conditions, and where the picture cannot be written.
+    """
+    _check_axes(results, along)
     _check_judged(results, "success")
-    classes, success = _Classes(results, x), results.numbers("success")
-    with picture(path, title or f"Success rate over {x}", [3.2], width=7.0) as (axes,):
-        for (label, chosen), colour in zip(_panels(results, {x}), _cycle(), strict=False):
-            rates = [_rate(success[chosen & (classes.index == i)]) for i in range(classes.count)]
-            _line(axes, [i + 0.5 for i in range(classes.count)], rates, colour, label)
-        classes.label(axes.xaxis)
-        axes.set_ylabel(f"share that passes, {CONFIDENCE:.0%} interval")
-        axes.set_ylim(-0.03, 1.03)
-        axes.set_xlim(0.0, classes.count)
-        if "parameters" in results.columns and x != "parameters":
-            axes.legend(loc="best")
+    success = results.numbers("success")
+    with picture(path, title or f"Success rate over {', '.join(along)}", [2.6] * len(along), width=7.0) as panels:
+        for x, axes in zip(along, panels, strict=True):
+            classes = _Classes(results, x)
+            for (label, chosen), colour in zip(_panels(results, {x}), _cycle(), strict=False):
+                rates = [_rate(success[chosen & (classes.index == i)]) for i in range(classes.count)]
+                _line(axes, [i + 0.5 for i in range(classes.count)], rates, colour, label)
+            classes.label(axes.xaxis)
+            axes.set(xlim=(0.0, classes.count), ylim=(-0.03, 1.03))
+            axes.set_ylabel(f"share that passes, {CONFIDENCE:.0%}")
+        if "parameters" in results.columns and along[0] != "parameters":
+            panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
 
 
 def draw_sensitivity(results: Results, metric: str, path: Path, title: str = "") -> list[str]:
@@ -185,7 +189,7 @@ def _check_axes(results: Results, names: Sequence[str]) -> None:
         if name not in results.axes:
             raise TwipError(f"{name} did not vary; there are {', '.join(results.axes)}")
     if len(set(names)) < len(names):
-        raise TwipError(f"a map needs two different axes, not {names[0]} twice")
+        raise TwipError(f"{', '.join(names)}: an axis is named twice")
 
 
 def _check_judged(results: Results, what: str) -> None:
