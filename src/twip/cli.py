@@ -17,6 +17,7 @@ COMMANDS = {
     "demo": "build the robot and stand it up from 27 degrees",
     "build": "build the FMUs and SSPs",
     "run": "run a system of FMUs",
+    "check": "say what a system, an FMU or a parameter set is, and what is wrong with it",
     "report": "make an HTML file of a log: the moving robot, plots, metrics",
     "container": "pack a system of FMUs into one FMU",
     "parameters": "list a system's parameters",

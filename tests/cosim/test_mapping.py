@@ -186,3 +186,17 @@ def test_mappings_one_after_the_other_are_one_mapping():
             for value in range(8):
                 between = first(value)
                 assert both(value) == (None if between is None else second(between))
+
+
+def test_a_fault_of_a_mapped_connection_is_mapped_with_it(folder, loop):
+    wires = [
+        connection("a.total -> b.n", mapping("Integer", {3: -7, 6: 5})),
+        connection("a.inverted -> b.on", mapping("Boolean", {"true": "false"})),
+    ]
+    path = write(folder, two(folder, wires=wires))
+    text = '[[faults]]\nsignal = "{}"\nkind = "stuck"\nvalue = 3\nstart = 0.5\n'
+    for signal, received in (("a.total", [0.0, -7.0, -7.0]), ("b.n", [0.0, -7.0, 3.0])):
+        (folder / "s.toml").write_text(text.format(signal))
+        table = run(path, loop=loop, scenario=folder / "s.toml")
+        assert table["b.n"].tolist() == received
+        assert table["b.on"].tolist() == [0.0] * 3

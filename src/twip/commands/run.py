@@ -43,6 +43,13 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = f"{EXAMPLES}\nRun a system of FMUs (SSP) and log it.\n\n{CACHE}"
     parser.add_argument("ssp", help=".ssp archive, unpacked folder or .ssd file")
+    declare_experiment(parser)
+    declare_execution(parser)
+    parser.set_defaults(run=run)
+
+
+def declare_experiment(parser: argparse.ArgumentParser) -> None:
+    """Declare what is to be run: values, times, inputs, coupling."""
     parser.add_argument(
         "--ssd", metavar="NAME", help="one of several descriptions in the archive; default: SystemStructure.ssd"
     )
@@ -76,7 +83,6 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.toml",
         help="time series, parameter changes and faults of connections (docs/scenarios.md); default: none",
     )
-    parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
     parser.add_argument("--coupling", choices=COUPLINGS, help="default: the system's, else jacobi")
     parser.add_argument(
         "--mid-step",
@@ -112,6 +118,11 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="repetitions of an iterated step after which the run fails; default: the system's, else 50",
     )
+
+
+def declare_execution(parser: argparse.ArgumentParser) -> None:
+    """Declare how it is run, and what is written."""
+    parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
     parser.add_argument(
         "--loop",
         choices=["compiled", "python"],
@@ -169,7 +180,6 @@ def declare(parser: argparse.ArgumentParser) -> None:
         help="pace the run to the wall clock, at FACTOR simulated seconds per second (1 if not given); "
         "default: as fast as it goes",
     )
-    parser.set_defaults(run=run)
 
 
 def pairs(values: Sequence[str]) -> dict[str, str]:

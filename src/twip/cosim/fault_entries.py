@@ -5,6 +5,7 @@ import math
 from collections.abc import Mapping
 
 from .inputs import RULES
+from .links import Conversion
 from .problems import Place
 from .record import Signal
 from .scenario import Fault, point_of
@@ -52,6 +53,11 @@ class FaultEntries(Entries):
             return None
         column, targets = self._connections(label, entry["signal"], driven, self._at(index, "signal"))
         size = self._size(label, kind, entry, self._signal(column).type, self._at(index, key)) if targets else None
+        if kind == "stuck" and size is not None:
+            for target, convert in targets:
+                if convert(size) is None:
+                    text = f"{label}.value = {size:g} has no value for {self.names[target]}: it is not mapped"
+                    self.problems.add(text, self._at(index, key))
         first, last = self._interval(label, times[0], times[1], self._at(index, "start"))
         if len(self.problems.lines) > before or not isinstance(seed, int):
             return None
@@ -68,7 +74,7 @@ class FaultEntries(Entries):
 
     def _connections(
         self, label: str, name: object, driven: set[int], place: Place
-    ) -> tuple[int, tuple[tuple[int, float, float], ...]]:
+    ) -> tuple[int, tuple[tuple[int, Conversion], ...]]:
         """Return the column called `name` and the connections from it or the one to it; none on a problem."""
         copies = self.system.copies
         carrying = {c.source for c in copies} | {i for c in self.system.components for i in self._inputs_of(c.name)}
@@ -85,13 +91,13 @@ class FaultEntries(Entries):
         if column in opened and column not in driven:
             self.problems.add(f"{label}: no time series drives {name}, its connections carry nothing", place)
         elif leaving:
-            return column, tuple((c.destination, c.conversion.factor, c.conversion.offset) for c in leaving)
+            return column, tuple((c.destination, Conversion(c.conversion, c.mapping)) for c in leaving)
         elif column not in carrying and any(c.destination == column for c in copies):
             self.problems.add(f"{label}: {name} is a connector: name the output or the input behind it", place)
         elif not any(c.destination == column for c in copies):
             self.problems.add(f"{label}: {name} is not connected", place)
         else:
-            return column, ((column, 1.0, -0.0),)
+            return column, ((column, Conversion()),)
         return column, ()
 
     def _inputs_of(self, component: str) -> range:

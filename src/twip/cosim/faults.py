@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .links import Conversion
 from .scenario import Fault
 from .schedule import Schedule
 
@@ -38,9 +39,8 @@ class Failing:
     fault: Fault
     destination: int
     """Column of the input."""
-    factor: float
-    offset: float
-    """From the fault's unit to that of the column."""
+    convert: Conversion
+    """From a value of the fault's signal to one of the column."""
     arrived: int
     past: int
     """Hidden columns."""
@@ -101,12 +101,12 @@ class Faults:
         """Let a fault act in the step number `step`; `held` is the last value that left it."""
         plan, fault, copy = self.schedule, failing.fault, failing.copy
         if fault.kind == "stuck":
-            value = held if fault.size is None else failing.factor * fault.size + failing.offset
-            plan.factor[copy], plan.offset[copy] = 0.0, value
+            value = None if fault.size is None else failing.convert(fault.size)
+            plan.factor[copy], plan.offset[copy] = 0.0, held if value is None else value
         elif fault.kind == "bias":
-            plan.offset[copy] = failing.factor * (fault.size or 0.0)
+            plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0)
         elif fault.kind == "noise":
-            plan.offset[copy] = failing.factor * (fault.size or 0.0) * _normal(fault, step)
+            plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0) * _normal(fault, step)
         elif fault.kind == "dropout":
             if fault.size == 1.0 or _uniform(fault, step) < (fault.size or 0.0):
                 plan.factor[copy], plan.offset[copy] = 0.0, held

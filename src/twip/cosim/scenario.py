@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from .experiment import TimeGrid
 from .inputs import EARLY, NO_INPUTS, InputSeries
+from .links import Conversion
 from .values import StartValue
 
 
@@ -32,9 +33,9 @@ class Fault:
     value is lost (`dropout`), or time (`delay`, s).
     """
     seed: int
-    targets: tuple[tuple[int, float, float], ...]
-    """For each failing connection the column it leads to, and factor and offset from the unit of `signal` to that of
-    the column.
+    targets: tuple[tuple[int, Conversion], ...]
+    """For each failing connection the column it leads to, and the conversion of a value of `signal` to that of the
+    column.
     """
     times: tuple[float | None, float | None]
     """Where it begins and ends, in s; None for the run's beginning and end."""

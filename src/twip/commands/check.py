@@ -1,0 +1,106 @@
+"""`twip check`: everything that can be said of a system, an FMU or a parameter set without running it."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from ..cosim import load
+from ..cosim.experiment import Coupling, time_grid
+from ..cosim.fmu import read_fmu
+from ..cosim.overview import Section, fmu_overview, set_overview, system_overview, weaknesses
+from ..cosim.problems import Place, Problems
+from ..cosim.scenario_file import read_scenario
+from ..cosim.ssv import read_parameter_file
+from ..errors import TwipError
+from .run import declare_experiment, pairs
+
+T = TypeVar("T")
+DESCRIPTION = """\
+examples:
+  twip check ssp/twip.ssp
+  twip check ssp/twip.ssp --scenario ssp/scenarios/bad_day.toml --parameters ssp/parameters/pid.ssv
+  twip check fmus/motor.fmu
+  twip check ssp/parameters/pid.ssv
+
+Say what a system (.ssp, folder, .ssd), an FMU (.fmu) or a parameter set (.ssv) is, and everything that is wrong with
+it, without running any of its code. The status is 0 if it would run with the same options, 1 if not. Time series and
+scenarios are checked with the system that they are for."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument("file", help="what to check")
+    declare_experiment(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what there is to say, and return the exit status."""
+    kind = Path(arguments.file).suffix.lower()
+    if kind in (".toml", ".csv"):
+        option = "--scenario" if kind == ".toml" else "--input-file"
+        raise TwipError(
+            f"{arguments.file} can be checked with its system only: twip check SYSTEM {option} {arguments.file}"
+        )
+    if kind in (".fmu", ".ssv"):
+        return _check_part(Path(arguments.file), kind)
+    return _check_system(arguments)
+
+
+def _check_part(path: Path, kind: str) -> int:
+    problems = Problems()
+    if kind == ".fmu":
+        fmu = read_fmu(path, path.name, problems, Place(str(path)))
+        if fmu is not None:
+            _print(fmu_overview(fmu))
+            _print_warnings(weaknesses(path))
+    else:
+        parameters = read_parameter_file(path, path.name, problems)
+        if parameters is not None:
+            _print(set_overview(path.name, parameters))
+    problems.raise_any()
+    print("nothing is wrong")
+    return 0
+
+
+def _check_system(arguments: argparse.Namespace) -> int:
+    with load(arguments.file, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
+        problems = Problems()
+        grid = _told(
+            problems, lambda: time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
+        )
+        coupling = _told(problems, lambda: Coupling.of(system, arguments.coupling, arguments.mid_step))
+        if grid is not None:
+            scenario = read_scenario(arguments.scenario, arguments.input_file, system, grid, problems)
+        if grid is not None and coupling is not None and not problems:
+            _print(system_overview(system, grid, coupling, scenario))
+            _print_warnings([*system.warnings, *scenario.warnings])
+    problems.raise_any()
+    print("it would run")
+    return 0
+
+
+def _told(problems: Problems, make: Callable[[], T]) -> T | None:
+    """Return what `make` gives; its failure is a problem."""
+    try:
+        return make()
+    except TwipError as error:
+        for line in str(error).splitlines():
+            problems.add(line)
+        return None
+
+
+def _print(sections: Sequence[Section]) -> None:
+    for section in sections:
+        print(f"{section.title:<19} {section.text}")
+        width = max([17, *(len(name) for name, _ in section.lines)])
+        for name, text in section.lines:
+            print(f"  {name:<{width}} {text}" if name else f"  {text}")
+
+
+def _print_warnings(warnings: Sequence[str]) -> None:
+    print(f"{'warnings':<19} {len(warnings) or 'none'}")
+    for warning in warnings:
+        print(f"  {warning}")

@@ -1,0 +1,128 @@
+"""What there is to say of a checked system, an FMU or a parameter set before anything runs."""
+
+import pathlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import fmpy.validation
+
+from .experiment import Coupling, TimeGrid
+from .fmu import Fmu, Variable
+from .scenario import Scenario
+from .schedule import make_schedule
+from .ssv import ParameterSet
+from .system import System
+
+FMI_VERSION = "2.0"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title, what it says, and lines of (name, text) below it."""
+
+    title: str
+    text: str
+    lines: Sequence[tuple[str, str]] = field(default=())
+
+
+def system_overview(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scenario) -> list[Section]:
+    """Say what a run of `system` would be."""
+    driven = scenario.inputs.columns.tolist()
+    plan = make_schedule(system, coupling.name, driven, coupling.mid_step)
+    names = system.columns
+    signals = [signal for channel in system.channels for signal in channel.signals]
+    in_order = [system.components[i] for i in plan.order]
+    loops = [("", ", ".join(f"{c}.{v}" for c, v in loop)) for loop in plan.loops]
+    middle = f", at mid-step: {', '.join(coupling.mid_step)}" if coupling.mid_step else ""
+    kept = unconnected(system, set(driven))
+    sections = [
+        Section("system", f"{system.name} ({system.file}), {len(names)} recorded variables"),
+        Section("time", f"{grid.start:g} s to {grid.stop:g} s, {grid.steps} steps of {grid.step_size:g} s"),
+        Section("coupling", coupling.name + middle),
+        Section(
+            "components", f"{len(in_order)}, in the order of evaluation", [(c.name, brief(c.fmu)) for c in in_order]
+        ),
+        Section("connections", str(len(system.copies))),
+        Section("algebraic loops", str(len(loops)) if loops else "none", loops),
+        Section("unconnected inputs", f"{len(kept)}, which keep their values" if kept else "none", kept),
+    ]
+    if driven:
+        lines = [(names[column], signals[column].unit or "") for column in driven]
+        sections.append(Section("time series", f"{len(driven)}", lines))
+    entries = list(scenario.described().items())
+    if entries:
+        sections.append(Section("scenario", f"{len(entries)} parameter changes and faults", entries))
+    return sections
+
+
+def unconnected(system: System, driven: set[int]) -> list[tuple[str, str]]:
+    """Return the inputs that nothing feeds, and the value in its unit that each keeps, as text."""
+    idle = {connector.column for connector in system.open_connectors} - driven
+    fed = {copy.destination for copy in system.copies if copy.source not in idle} | driven
+    found = []
+    for component in system.components:
+        given = {start.variable.name: start.value for start in component.start_values}
+        for i, variable in enumerate(component.inputs):
+            if system.first_column[component.name] + i not in fed:
+                value = given.get(variable.name, variable.start if variable.start is not None else "unknown")
+                found.append((f"{component.name}.{variable.name}", with_unit(value, variable)))
+    return found
+
+
+def brief(fmu: Fmu) -> str:
+    """Return an FMU in one line."""
+    counts = [f"{len(fmu.ports(kind))} {kind}s" for kind in ("input", "output")]
+    counts.append(f"{sum(v.causality == 'parameter' for v in fmu.variables.values())} parameters")
+    return f"{fmu.name}, FMI {FMI_VERSION}, {', '.join(counts)}" + (
+        f", by {tool}" if (tool := fmu.generation_tool) else ""
+    )
+
+
+def fmu_overview(fmu: Fmu) -> list[Section]:
+    """Say what an FMU offers."""
+    able = "can be saved and restored" if fmu.serializes_state else "cannot be saved: no checkpoints"
+    step = "none proposed" if fmu.step_size is None else f"{fmu.step_size:g} s proposed"
+    sections = [
+        Section("FMU", f"{fmu.name}, FMI {FMI_VERSION} co-simulation"),
+        Section("model", f"{fmu.model_identifier}" + (f", by {fmu.generation_tool}" if fmu.generation_tool else "")),
+        Section("instances", "one per process" if fmu.only_once else "any number"),
+        Section("step", step),
+        Section("state", able),
+    ]
+    for kind in ("input", "output", "parameter"):
+        found = [v for v in fmu.variables.values() if v.causality == kind]
+        sections.append(Section(f"{kind}s", str(len(found)), [(v.name, _described(v, fmu)) for v in found]))
+    return sections
+
+
+def weaknesses(path: pathlib.Path) -> list[str]:
+    """Return in what an FMU's model description departs from the standard, one line each."""
+    try:
+        found: list[str] = fmpy.validation.validate_fmu(str(path))
+    except Exception as error:  # fmpy raises bare exceptions of many kinds
+        found = [f"the model description cannot be validated: {error}"]
+    return [" ".join(line.split()) for line in found]
+
+
+def set_overview(name: str, parameters: ParameterSet) -> list[Section]:
+    """Say what a parameter set holds."""
+    lines = [(p.name, f"{p.text}{f' {p.unit}' if p.unit else ''} ({p.type})") for p in parameters.parameters]
+    return [Section("parameter set", f"{name}, {len(lines)} parameters", lines)]
+
+
+def with_unit(value: object, variable: Variable) -> str:
+    """Return a value as text, with its unit."""
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return f"{text} {variable.unit.name}" if variable.unit else text
+
+
+def _described(variable: Variable, fmu: Fmu) -> str:
+    start = "" if variable.start is None else variable.start
+    parts = [with_unit(start, variable).strip(), variable.type, variable.variability]
+    if variable.minimum is not None or variable.maximum is not None:
+        low, high = ("" if bound is None else f"{bound:g}" for bound in (variable.minimum, variable.maximum))
+        parts.append(f"from {low or '-∞'} to {high or '∞'}")
+    if variable.causality == "output":
+        needed = fmu.feedthrough.get(variable.name, frozenset())
+        parts.append(f"follows {', '.join(sorted(needed))} at once" if needed else "follows no input at once")
+    return ", ".join(part for part in parts if part) + (f": {variable.description}" if variable.description else "")
