@@ -8,7 +8,7 @@ from pathlib import Path
 from signal import SIGINT
 
 from ..cosim import CsvSink, Result, load, simulate
-from ..cosim.algorithm import COUPLINGS
+from ..cosim.algorithm import COUPLINGS, Algorithm
 from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.isolation import START_LIMIT, TIME_LIMIT
@@ -194,6 +194,18 @@ def pairs(values: Sequence[str]) -> dict[str, str]:
     return dict(zip(values[::2], values[1::2], strict=True))
 
 
+def algorithm(arguments: argparse.Namespace) -> Algorithm:
+    """Return what the options say about the steps."""
+    return Algorithm(
+        coupling=arguments.coupling,
+        mid_step=None if arguments.mid_step is None else tuple(arguments.mid_step),
+        order=None if arguments.order is None else tuple(arguments.order),
+        own_steps=own_steps(arguments.own_step),
+        iteration_tolerance=arguments.iteration_tolerance,
+        maximum_iterations=arguments.maximum_iterations,
+    )
+
+
 def own_steps(values: Sequence[str] | None) -> dict[str, float] | None:
     """Return the steps of `--own-step a=0.01 b=0.02`."""
     if values is None:
@@ -252,18 +264,19 @@ def run(arguments: argparse.Namespace) -> int:
                 opened.append(CsvSink(arguments.output_file, system.channels))
             return opened
 
+        asked = algorithm(arguments)
         with progress_bar(system.name, grid.stop, "s") as progress:
             result = simulate(
                 system,
                 start_time=grid.start,
                 stop_time=grid.stop,
                 step_size=grid.step_size,
-                coupling=arguments.coupling,
-                mid_step=arguments.mid_step,
-                order=arguments.order,
-                own_steps=own_steps(arguments.own_step),
-                iteration_tolerance=arguments.iteration_tolerance,
-                maximum_iterations=arguments.maximum_iterations,
+                coupling=asked.coupling,
+                mid_step=asked.mid_step,
+                order=asked.order,
+                own_steps=asked.own_steps,
+                iteration_tolerance=asked.iteration_tolerance,
+                maximum_iterations=asked.maximum_iterations,
                 input_file=arguments.input_file,
                 scenario=arguments.scenario,
                 sinks=sinks,
