@@ -1,9 +1,17 @@
 """Array connectors and array parameters of SSP 2.0: one connector, one value per element."""
 
 import pytest
+from echo_fmu import compiled, echo3
 from ssp_writer import bind, component, connection, linear, parameter_set, system, write
 
 from twip.cosim import Table, check, load, simulate
+
+DIMS = '<ssc:Dimension size="3"/></ssv:Parameter>'
+
+
+@pytest.fixture(scope="session")
+def libraries(tmp_path_factory):
+    return {"echo3": compiled("echo3", tmp_path_factory.mktemp("arrays"))}
 
 
 @pytest.fixture
@@ -21,7 +29,7 @@ def port(name, kind, *sizes, type_="Float64"):
 
 
 def ports(*items):
-    return f"<ssd:Connectors>{''.join(items)}</ssd:Connectors>"
+    return f"<ssd:Connectors>{''.join(items)}</ssd:Connectors>" if items else ""
 
 
 def element(name, fmu, *items, inside=""):
@@ -52,6 +60,56 @@ def test_arrays_are_connected_element_by_element(folder, array_fmu, loop, sizes)
         for j in (1, 2, 3):
             assert table[f"inner.b.u[{i},{j}]"][-1] == 20.0 * (10 * i + j)
             assert table[f"inner.v[{i},{j}]"][-1] == 2.0 * (10 * i + j)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "text", "expected"),
+    [
+        ("Float64", "Float64", "1.5 -2 1e300", [1.5, -2.0, 1e300]),
+        ("Float32", "Float64", "0.5 -2 4", [0.5, -2.0, 4.0]),
+        ("Int8", "Int32", "-128 0 127", [-128, 0, 127]),
+        ("UInt16", "Int64", "65535 0 1", [65535, 0, 1]),
+        ("Boolean", "Boolean", "true false 1", [1, 0, 1]),
+    ],
+)
+def test_arrays_of_fmi_3_are_set_and_connected_whole(tmp_path, libraries, loop, source, target, text, expected):
+    """An echo turns an array round; a second one turns it back."""
+    echo3(tmp_path, libraries["echo3"])
+    values = parameter_set({f"ins_{source}": (source, text)}).replace('version="1.0"', 'version="2.0"')
+    (tmp_path / "set.ssv").write_text(values.replace("</ssv:Parameter>", DIMS))
+    a = element("a", "echo3.fmu", port(f"outs_{source}", "output", 3, type_=source), inside=bind(source="set.ssv"))
+    b = element("b", "echo3.fmu", port(f"ins_{target}", "input", None, type_=target))
+    path = write(tmp_path, system([a, b], [connection(f"a.outs_{source} -> b.ins_{target}")]), version="2.0")
+    with load(path) as loaded:
+        table = Table(loaded.channels)
+        simulate(loaded, sinks=[table], step_size=0.5, loop=loop)
+    assert [table[f"b.outs_{target}[{i}]"][-1] for i in (1, 2, 3)] == expected
+
+
+@pytest.mark.parametrize(
+    ("source", "target"), [("Float64", "Float32"), ("Int32", "Int16"), ("Int8", "UInt8"), ("Int64", "Float64")]
+)
+def test_types_that_lose_something_are_refused(tmp_path, libraries, source, target):
+    echo3(tmp_path, libraries["echo3"])
+    a = element("a", "echo3.fmu", port(f"outs_{source}", "output", 3, type_=source))
+    b = element("b", "echo3.fmu", port(f"ins_{target}", "input", 3, type_=target))
+    path = write(tmp_path, system([a, b], [connection(f"a.outs_{source} -> b.ins_{target}")]), version="2.0")
+    names = [{"Float64": "Real", "Int32": "Integer"}.get(t, t) for t in (source, target)]
+    assert said(path) == [
+        f"a.outs_{source}[{i}] → b.ins_{target}[{i}]: types differ ({names[0]}, {names[1]})" for i in (1, 2, 3)
+    ]
+
+
+def test_an_array_of_strings_has_one_element_per_value(tmp_path, libraries, loop):
+    echo3(tmp_path, libraries["echo3"])
+    inner = "".join(f'<ssv:Value value="{text}"/>' for text in ("x", "", "two words"))
+    values = parameter_set({"ins_String": ("String", "")}).replace('version="1.0"', 'version="2.0"')
+    values = values.replace('<ssv:String value=""/></ssv:Parameter>', f"<ssv:String>{inner}</ssv:String>{DIMS}")
+    (tmp_path / "set.ssv").write_text(values)
+    path = write(tmp_path, system([element("a", "echo3.fmu", inside=bind(source="set.ssv"))]), version="2.0")
+    with load(path) as loaded:
+        values = simulate(loaded, step_size=0.5, loop=loop).values
+    assert [values[f"a.outs_String[{i}]"] for i in (1, 2, 3)] == ["two words", "", "x"]
 
 
 def test_an_array_parameter_has_its_values_in_row_major_order(folder, array_fmu):
