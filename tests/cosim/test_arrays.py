@@ -130,6 +130,11 @@ def test_an_array_parameter_has_its_values_in_row_major_order(folder, array_fmu)
     [
         ([port("u", "input", 3, 2)], [], "connector a.u: is 3 x 2, but 2 x 3 in the FMU"),
         ([port("k", "parameter", 3)], [], "connector a.k: is 3, but 2 in the FMU"),
+        (
+            [port("u", "input").replace("/></", '/><ssc:Dimension sizeConnector="n"/><ssc:Dimension size="3"/></')],
+            [],
+            "connector a.u: there is no connector n for its size",
+        ),
         ([port("q", "input", None)], [], "connector a.q: the size of the array is not known"),
         ([port("q", "input", 10**6)], [], "connector a.q: more than 100000 elements"),
         (

@@ -72,6 +72,11 @@ def test_a_unit_without_definition(folder):
     ]
 
 
+def test_a_unit_that_the_file_does_not_define_is_warned_of(folder):
+    with load(write(folder, a_and_b(connection("a.y -> b.u"), a_ports="y<[ell]", b_ports="u>[ell]"))) as loaded:
+        assert [w.split(" (")[0] for w in loaded.warnings] == ["unit ell has no definition in the file"]
+
+
 def test_units_of_a_nested_chain_are_named_at_the_hop_that_fails(folder):
     inner = system([component("g", GAIN, "u>[m]")], [connection("v -> g.u")], "v>[s]", name="inner")
     path = write(folder, system([inner]), tail=units("m m=1; s s=1") + TAIL)
@@ -232,6 +237,17 @@ def test_version_2_is_read_with_the_same_care(folder, monkeypatch, schema):
             "attribute fluxCapacitor of Connection is not supported",
             "Connection has no endConnector",
         ]
+
+
+@pytest.mark.parametrize("schema", [True, False])
+@pytest.mark.parametrize("namespace", ["Common", "Description"])
+def test_elements_of_another_namespace_are_no_elements_of_ssp(folder, monkeypatch, schema, namespace):
+    if not schema:
+        monkeypatch.setattr("twip.cosim.schemas.schema_folder", lambda _: None)
+    path = write(folder, a_and_b(connection("a.y -> b.u"), a_ports="u>:Real y<"), version="2.0")
+    assert check(path) == []
+    path.write_text(path.read_text().replace(f"SSP1/SystemStructure{namespace}", f"SSP2/SystemStructure{namespace}"))
+    assert check(path) != []
 
 
 def test_one_dotted_name_for_two_elements(folder):

@@ -33,6 +33,8 @@ def test_values_outside_their_bounds_and_of_the_wrong_kind(folder):
         ({"a.kk": 1}, "unknown parameter a.kk, did you mean a.k? (start values)"),
         ({"zzz.q": 1}, "unknown parameter zzz.q (start values)"),
         ({"a.k": "fast"}, "k = 'fast' must be a finite Real number (component a, start values)"),
+        ({"a.k": "1_0"}, "k = '1_0' must be a finite Real number (component a, start values)"),
+        ({"a.k": "\u0661"}, "k = '\u0661' must be a finite Real number (component a, start values)"),
         ({"a.k": float("nan")}, "k = 'nan' must be a finite Real number (component a, start values)"),
         ({"a.y": 1}, "y cannot be set: it is a continuous output (component a, start values)"),
         ({"m.n": 1.5}, "n = '1.5' must be an Integer of 32 bits (component m, start values)"),

@@ -10,7 +10,11 @@ from lxml import etree
 
 from .problems import Place, Problems
 
-SSP_NAMESPACE = "http://ssp-standard.org/SSP"
+NAMESPACES = frozenset(
+    f"http://ssp-standard.org/SSP1/SystemStructure{part}"
+    for part in ("Common", "Description", "ParameterValues", "ParameterMapping", "SignalDictionary")
+)
+"""Namespaces of SSP, the same in both versions."""
 ANNOTATION = "org.twip.cosim"
 """Type of the annotation by which a file proposes a coupling and a step size."""
 _INSTANCE_NAMESPACE = "{http://www.w3.org/2001/XMLSchema-instance}"
@@ -50,7 +54,7 @@ def parse_xml(data: bytes, file: str, problems: Problems) -> Element | None:
 def name_of(element: Element) -> str:
     """Return the local name of an SSP element, and `{namespace}name` of a foreign one."""
     name = etree.QName(element)
-    return name.localname if (name.namespace or "").startswith(SSP_NAMESPACE) else element.tag
+    return name.localname if name.namespace in NAMESPACES else element.tag
 
 
 class Reader:
@@ -113,7 +117,7 @@ class Reader:
         if text is None:
             return default
         try:
-            value = float(text)
+            value = float(text) if text.isascii() and "_" not in text else float("nan")
         except ValueError:
             value = float("nan")
         if value - value != 0.0:

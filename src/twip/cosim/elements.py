@@ -131,6 +131,15 @@ def _read_connectors(reader: Reader, element: Element, kinds: tuple[str, ...]) -
             else:
                 type_, typed = read_type(reader, value, owner), True
         connectors.append(Connector(name, kind, type_, tuple(dimensions), reader.place(item)))
+    names = {connector.name for connector in connectors}
+    for connector in connectors:
+        for dimension in connector.dimensions:
+            if dimension.size_connector is not None and dimension.size_connector not in names:
+                reader.problems.add(
+                    f"connector {element.get('name')}.{connector.name}: there is no connector"
+                    f" {dimension.size_connector} for its size",
+                    connector.place,
+                )
     return connectors
 
 
@@ -138,7 +147,7 @@ def read_dimension(reader: Reader, element: Element) -> Dimension:
     """Read a `Dimension` element of SSP 2.0."""
     reader.attributes(element, {"size", "sizeConnector"})
     if element.get("size") is None:
-        return Dimension(None)
+        return Dimension(None, element.get("sizeConnector"))
     if element.get("sizeConnector") is not None:
         reader.problems.add("a Dimension has either size or sizeConnector, not both", reader.place(element))
     size = reader.integer(element, "size")

@@ -29,6 +29,7 @@ class Dimension:
     """One dimension of an array: its size, None where the FMU or another connector decides."""
 
     size: int | None
+    size_connector: str | None = None
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) 
     if type_ == "String":
         return text
     text, kind = text.strip(), family(type_)
-    if kind in ("Real", "Integer") and "_" in text:
+    if kind in ("Real", "Integer") and ("_" in text or not text.isascii()):
         return None
     try:
         if kind == "Real":

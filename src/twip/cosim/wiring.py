@@ -84,6 +84,7 @@ class _Wirer:
         unit = variable.unit
         if connector.type.unit:
             unit = lookup(connector.type.unit, document.units, fmu.units)
+            self._warn_of_unit(connector, document)
         self.ports[path, connector.name] = Port(
             (path, connector.name), connector.kind, variable.type, unit, variable, connector.place, variable.items
         )
@@ -107,12 +108,17 @@ class _Wirer:
 
     def _add_connector(self, path: str, connector: Connector, document: Document, shared: bool = False) -> Port:
         enumeration = _enumeration(connector, document, self.problems)
+        self._warn_of_unit(connector, document)
         port = Port(
             (path, connector.name), connector.kind, connector.type.type, lookup(connector.type.unit, document.units),
             None, connector.place, () if enumeration is None else enumeration.items, shared,
         )  # fmt: skip
         self.ports[port.key] = port
         return port
+
+    def _warn_of_unit(self, connector: Connector, document: Document) -> None:
+        if connector.type.unit and connector.type.unit not in document.units:
+            self.problems.warn(f"unit {connector.type.unit} has no definition in the file", connector.place)
 
     def _connect(self, connection: Connection, path: str, inner: dict[str, str]) -> None:
         ends = []
