@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ..cosim.algorithm import COUPLINGS
 from ..errors import TwipError
 from ..interrupts import INTERRUPTED
 from ..lab.sweep.axis import Axis
@@ -77,7 +78,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     every.add_argument("--start-time", type=float, metavar="S", help="in s; default: the system's, else 0")
     every.add_argument("--stop-time", type=float, metavar="S", help="in s; default: the system's")
     every.add_argument("--step-size", type=float, metavar="S", help="in s; default: the system's, else of its FMUs")
-    every.add_argument("--coupling", choices=["jacobi", "gauss-seidel"], help="default: the system's, else jacobi")
+    every.add_argument("--coupling", choices=COUPLINGS, help="default: the system's, else jacobi")
     judged = parser.add_argument_group("how runs are judged")
     judged.add_argument(
         "--metric",

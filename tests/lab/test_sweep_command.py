@@ -1,0 +1,146 @@
+"""`twip sweep`: what it prints, what it draws, and that a bad sweep gets its lines before anything runs."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from sweep_system import make_system
+
+from twip.cli import main
+from twip.cosim.playback import read
+from twip.errors import TwipError
+from twip.lab.sweep.parquet import Results
+from twip.lab.sweep.pictures import draw_map
+
+METRICS = """
+def bad(table):
+    raise ValueError("no\\nway")
+
+def late(table):
+    if table["d.x"][0] > 2.5:
+        raise ValueError("too far")
+    return {"first": table["d.x"][0], "rows": len(table.times)}
+"""
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory):
+    path = make_system(tmp_path_factory.mktemp("decay"))
+    (path.parent / "mine.py").write_text(METRICS, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def folder(system, tmp_path, monkeypatch):
+    """A working folder beside which the system lies."""
+    monkeypatch.chdir(tmp_path)
+    for file in system.parent.iterdir():
+        os.symlink(file, tmp_path / file.name)
+    return tmp_path
+
+
+USUAL = ["--step-size", "0.25", "--metric", "final:d.x", "--jobs", "1"]
+
+
+def sweep(*words):
+    return main(["sweep", "decay.ssd", *words])
+
+
+def test_a_sweep_with_pictures_and_logs_of_the_worst_runs(folder, capsys):
+    words = [
+        "--vary",
+        "d.x_start=1:4:4",
+        "d.rate=x0.5,1,2",
+        "--success",
+        "final:d.x < 1",
+        "--keep",
+        "worst:2:final:d.x",
+    ]
+    pictures = ["--map", "d.x_start", "d.rate", "--rate", "d.x_start", "d.rate", "--sensitivity", "final:d.x"]
+    assert sweep(*words, *pictures, *USUAL) == 0
+    told = capsys.readouterr().out
+    assert "passed              7 of 12: 58.3% (32.0% to 80.7%)" in told
+    assert {p.name for p in (folder / "logs").iterdir()} == {
+        *("decay.parquet", "decay-runs", "decay-map.png", "decay-rate.png", "decay-sensitivity.png"),
+    }
+    logs = sorted((folder / "logs" / "decay-runs").iterdir())
+    results = Results.read(folder / "logs" / "decay.parquet")
+    assert [log.name for log in logs] == ["run-06.mcap", "run-09.mcap"]  # the slowest decay from 3 and 4
+    assert read(logs[1])["d.x"][-1] == results.columns["final:d.x"][9]
+    assert main(["sweep", "logs/decay.parquet", "--map", "d.x_start", "d.rate", "final:d.x"]) == 0
+    with pytest.raises(TwipError, match=r"d\.z did not vary; there are d\.x_start, d\.rate"):
+        draw_map(results, "d.x_start", "d.z", "success", folder / "x.png")
+
+
+def test_a_metric_that_raises_later_is_a_failed_row(folder):
+    assert sweep("--vary", "d.x_start=1,2,3", "--metric", "mine.py:late", "--step-size", "0.25", "--jobs", "1") == 0
+    columns = Results.read(folder / "logs" / "decay.parquet").columns
+    assert columns["verdict"] == ["done", "done", "error"]
+    assert columns["error"][2].endswith("mine.py:late raises ValueError: too far")
+    assert (columns["first"], columns["rows"]) == ([1.0, 2.0, None], [5.0, 5.0, None])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--vary", "d.rat=1,2"], "unknown parameter d.rat, did you mean d.rate? (start values)"),
+        (["--vary", "d.rate"], "--vary d.rate: must be NAME=VALUES"),
+        (["--vary", "d.rate="], "d.rate: there are no values"),
+        (["--vary", "d.rate=1:2:0"], "d.rate: '1:2:0': the grid must have at least one and at most 1000000 values"),
+        (["--vary", "d.rate=1,x"], "rate = 'x' must be a finite Real number (component d, start values)"),
+        (["--vary", "d.rate=1,2", "d.rate=3"], "axis d.rate is there twice\nvariable d.rate is there twice"),
+        (["--vary", "d.rate=norm(1, 1)"], "d.rate has a distribution: how many samples?"),
+        (["--vary", "d.rate=1,2", "--samples", "3"], "samples of what? There is no distribution"),
+        (["--vary", "d.fault=x1,2"], "d.fault is String and cannot be multiplied"),
+        (["--vary", "d.rate=1,2", "--start-values", "d.rate", "1"], "d.rate is given a start value and varies too"),
+        (
+            ["--parameter-sets", "a"],
+            "--parameter-sets a: must be LABEL=FILE.ssv, or LABEL= for the system as it stands",
+        ),
+        (["--parameter-sets", "a=", "b=none.ssv"], "none.ssv: No such file or directory"),
+        ([], "nothing varies: a sweep needs an axis, parameter sets or repetitions"),
+        (["--repeat", "2", "--keep", "best"], "'best' must be worst:COUNT, worst:COUNT:METRIC or runs:NUMBER,NUMBER,…"),
+        (["--repeat", "2", "--jobs", "0"], "jobs = 0 must be at least 1"),
+        (["--repeat", "2", "--metric", "mine.py:bad"], "mine.py:bad raises ValueError: no way (run 0)"),
+        (
+            ["--repeat", "2", "--success", "x < 1"],
+            "condition on x: there is no such metric; there are final:d.x (run 0)",
+        ),
+    ],
+)
+def test_a_bad_sweep_gets_its_lines_and_writes_nothing(folder, capsys, words, message):
+    usual = [w for w in USUAL if w not in words]
+    usual = usual[:2] if "--metric" in words else USUAL[:4] if "--jobs" in words else USUAL
+    assert sweep(*words, *usual) == 1
+    told = capsys.readouterr().err
+    lines = [line.removeprefix("twip: ") for line in told.splitlines() if "trying" not in line]
+    assert len(lines) == len(message.splitlines())
+    assert all(line.endswith(part) for line, part in zip(lines, message.splitlines(), strict=True)), told
+    assert not (folder / "logs").exists() or not list((folder / "logs").iterdir())
+
+
+def test_an_unreachable_scheduler_gets_one_line(folder, capsys, monkeypatch):
+    monkeypatch.setattr("twip.lab.sweep.engine._CONNECT", 1)
+    assert sweep("--repeat", "2", "--dask", "tcp://127.0.0.1:9", *USUAL) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("twip: the Dask scheduler tcp://127.0.0.1:9 cannot be reached: Timed out")
+
+
+def test_ctrl_c_says_how_to_go_on(folder):
+    words = [sys.executable, "-m", "twip.cli", "sweep", "decay.ssd", "--vary", "d.x_start=1:200:200", *USUAL]
+    words += ["--start-values", "d.fault", "slow"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    journal = folder / "logs" / "decay.parquet.runs"
+    deadline = time.monotonic() + 60
+    while not (journal.exists() and journal.read_text().count("\n") > 3):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert out.splitlines()[-1].endswith("--start-values d.fault slow --resume")
+    kept = Results.read(folder / "logs" / "decay.parquet").columns["run"]
+    assert 3 <= len(kept) < 200
