@@ -20,6 +20,7 @@ COMMANDS = {
     "check": "say what a system, an FMU or a parameter set is, and what is wrong with it",
     "report": "make an HTML file of a log: the moving robot, plots, metrics",
     "container": "pack a system of FMUs into one FMU",
+    "replay": "make an FMU that plays a log",
     "parameters": "list a system's parameters",
     "identify": "friction and inertia of a motor from bench data",
     "paper": "run the paper's experiments and check its claims",

@@ -54,32 +54,32 @@ def package_block(face: Path, output: Path, version: str) -> None:
     module, code = slave_sources(block, version, sources, digest)
     readme = face.with_name("README.md")
     icon = face.with_name("model.png")
-    files = _packed(block, TOOLS[version].FmuBuilder, module, code)
+    files = packed(block.name, TOOLS[version].FmuBuilder, module, code)
     _try(block, module)
     files["modelDescription.xml"] = model_description(interface, version, guid(digest), origin)
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     files["documentation/index.html"] = documentation_page(interface, version, text, guid(digest), origin)
-    files |= {f"documentation/licenses/{name}": content for name, content in _licences(terms, tool).items()}
+    files |= {f"documentation/licenses/{name}": content for name, content in licences(terms, tool).items()}
     if icon.is_file():
         files["model.png"] = icon.read_bytes()
     write_archive(output, files, first="modelDescription.xml")
 
 
-def _packed(block: Block, builder: Any, module: str, code: dict[str, bytes]) -> dict[str, bytes]:
+def packed(name: str, builder: Any, module: str, code: dict[str, bytes]) -> dict[str, bytes]:
     """Let the builder of pythonfmu or pythonfmu3 build the FMU of the code (path → content).
 
     Returns what it packed, without what is not needed.
     """
     with tempfile.TemporaryDirectory(prefix="twip_build_") as folder:
         stage = Path(folder) / "stage"
-        for name, content in code.items():
-            path = stage / name
+        for path_in_fmu, content in code.items():
+            path = stage / path_in_fmu
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        package = next(name.split("/")[0] for name in code if "/" in name)
+        package = next(p.split("/")[0] for p in code if "/" in p)
         (Path(folder) / "fmu").mkdir()
         builder.build_FMU(stage / f"{module}.py", Path(folder) / "fmu", [stage / package])
-        with zipfile.ZipFile(Path(folder) / "fmu" / f"{block.name}.fmu") as archive:
+        with zipfile.ZipFile(Path(folder) / "fmu" / f"{name}.fmu") as archive:
             names = (n for n in archive.namelist() if n not in UNNEEDED and not n.startswith("sources/"))
             return {n: archive.read(n) for n in names if not n.endswith("/")}
 
@@ -98,7 +98,8 @@ def _try(block: Block, module: str) -> None:
         raise TwipError("\n".join(f"block {block.name} with its start values: {m}" for m in messages))
 
 
-def _licences(terms: str, tool: str) -> dict[str, bytes]:
+def licences(terms: str, tool: str) -> dict[str, bytes]:
+    """Return the texts that an FMU made with `tool` carries."""
     overview = (
         "This FMU holds\n\n"
         "- the block's own code (resources/_twip_*): see twip.txt\n"
