@@ -126,6 +126,21 @@ def test_both_loops_leave_the_same_bits(c_folder):
     assert tables[0]["b.ins_Int64[2]"][-1] == -3.0
 
 
+def test_isolated_fmus_leave_the_same_bits_and_texts(c_folder):
+    wires = [connection("a.x -> b.u"), connection("b.x -> a.u", linear(0.3))]
+    wires += [connection(f"a.out_{type_} -> b.in_{type_}") for type_ in NUMBERS]
+    wires += [connection(f"a.outs_{type_}[{i}] -> b.ins_{type_}[{i}]") for type_ in NUMBERS for i in (1, 2, 3)]
+    path = write(c_folder, system([echo("a"), echo("b")], wires))
+    start_values = {"a.in_Float32": 0.1, "a.in_Int64": 2**53, "a.in_String": "naïve\n😀", "a.ins_String[2]": "isolated"}
+    tables = [
+        run(path, loop="python", start_values=start_values, isolate=isolate, step_size=1 / 64)[0]
+        for isolate in (False, True)
+    ]
+    assert tables[0].values.tobytes() == tables[1].values.tobytes()
+    assert tables[1]["b.out_String"][-1] == "naïve\n😀"
+    assert tables[1]["b.ins_String[2]"][-1] == "isolated"
+
+
 def test_only_what_changed_is_set(c_folder, loop):
     """Of an array one changed element sets the whole variable, once; nothing else is set."""
     wires = [connection("b.x -> a.ins_Float64[2]"), connection("b.out_String -> a.in_String")]

@@ -23,10 +23,24 @@ from numpy.typing import NDArray
 
 from .component import ComponentError, one_line
 from .execution import Vector
-from .isolation_wire import ADVANCE, CALL, DONE, MESSAGE, START, STEP, SharedValues, Start, Wire
+from .isolation_wire import (
+    ADVANCE,
+    CALL,
+    DONE,
+    MESSAGE,
+    NUMBER,
+    NUMBER_OF,
+    START,
+    STEP,
+    TEXT_OF,
+    SharedValues,
+    Start,
+    Wire,
+)
 from .messages import Message
 from .schedule import Schedule
 from .system import Component
+from .texts import number_of, text_of
 from .values import StartValue
 
 TIME_LIMIT = 10.0
@@ -155,8 +169,9 @@ class IsolatedInstance:
         self._call("instance", "return_to", state)
 
     def free_state(self, state: int) -> None:
-        """Free what `keep_state` has returned."""
-        self._call("instance", "free_state", state)
+        """Free what `keep_state` has returned; with the process it is gone."""
+        if self._process.returncode is None:
+            self._call("instance", "free_state", state)
 
     def forget_inputs(self) -> None:
         """Set all inputs next time: the instance has been put back."""
@@ -226,8 +241,8 @@ class IsolatedInstance:
         """Return what the process answers; an interrupt kills it."""
         try:
             kind, payload = self._wire.receive(self._deadline)
-            while kind == MESSAGE:
-                self._take(payload)
+            while kind in (MESSAGE, NUMBER_OF, TEXT_OF):
+                self._take(kind, payload)
                 kind, payload = self._wire.receive(self._deadline)
         except TimeoutError:
             if self._process.poll() is not None:
@@ -243,8 +258,16 @@ class IsolatedInstance:
             return payload
         raise ComponentError(payload.decode("utf-8", "replace"))
 
-    def _take(self, payload: bytes) -> None:
-        """Keep a message."""
+    def _take(self, kind: int, payload: bytes) -> None:
+        """Keep a message, or answer a question."""
+        if kind == NUMBER_OF:
+            number = number_of(payload.decode("utf-8", "surrogatepass"))
+            self._wire.send(kind, NUMBER.pack(number), self._deadline)
+            return
+        if kind == TEXT_OF:
+            text = text_of(*NUMBER.unpack(payload))
+            self._wire.send(kind, text.encode("utf-8", "surrogatepass"), self._deadline)
+            return
         instant, level, source, text = json.loads(payload)
         self._messages.append(Message(float(instant), str(level), str(source), str(text)))
         if level != "info":

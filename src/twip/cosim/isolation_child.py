@@ -15,8 +15,24 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import TwipError
+from . import texts
 from .instantiate import instantiate
-from .isolation_wire import ADVANCE, DONE, FAILED, GETTING, MESSAGE, SETTING, STEP, STEPPING, SharedValues, Start, Wire
+from .isolation_wire import (
+    ADVANCE,
+    DONE,
+    FAILED,
+    GETTING,
+    MESSAGE,
+    NUMBER,
+    NUMBER_OF,
+    SETTING,
+    STEP,
+    STEPPING,
+    TEXT_OF,
+    SharedValues,
+    Start,
+    Wire,
+)
 from .messages import Message
 from .ports import Ports
 
@@ -40,6 +56,19 @@ class Outbox(list[Message]):
         """Send any reply."""
         with self._lock:
             self._wire.send(kind, payload)
+
+    def number_of(self, text: str) -> float:
+        """Ask the run for the number of a text."""
+        (number,) = NUMBER.unpack(self._ask(NUMBER_OF, text.encode("utf-8", "surrogatepass")))
+        return float(number)
+
+    def text_of(self, number: float) -> str:
+        """Ask the run for the text of a number."""
+        return self._ask(TEXT_OF, NUMBER.pack(number)).decode("utf-8", "surrogatepass")
+
+    def _ask(self, kind: int, payload: bytes) -> bytes:
+        self.send(kind, payload)
+        return self._wire.receive()[1]  # the run sends nothing else before it has a reply
 
 
 class Server:
@@ -78,6 +107,7 @@ def serve(wire: Wire, memory: int) -> None:
     """Answer requests until the run closes the connection (`ConnectionError`) or the instance cannot be made."""
     start: Start = pickle.loads(wire.receive()[1])
     outbox = Outbox(wire)
+    texts.ask(outbox.number_of, outbox.text_of)
     try:
         server = Server(start, SharedValues(start.columns, start.components, memory), outbox)
     except TwipError as error:

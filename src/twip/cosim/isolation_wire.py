@@ -20,8 +20,13 @@ from .system import Component
 
 START, CALL, ADVANCE = range(3)
 """Requests: a `Start`; a method of the instance or its ports; a step."""
-DONE, FAILED, MESSAGE = range(3, 6)
-"""Replies: what a method returned; the text of its failure; a log message, before one of the others."""
+DONE, FAILED = range(3, 5)
+"""Replies: what a method returned; the text of its failure."""
+MESSAGE, NUMBER_OF, TEXT_OF = range(5, 8)
+"""Before a reply: a log message; a question for the number of a text, and for the text of a number, which are answered
+by a frame of the same kind.
+"""
+NUMBER = struct.Struct("<d")
 SETTING, STEPPING, GETTING = range(3)
 """What an instance is at within a step."""
 STEP = struct.Struct("<ddddd")
