@@ -13,6 +13,7 @@ from lxml import etree
 
 NASTY = [
     "", " ", "0", "-1", "1", "2147483648", "-2147483649", "1e999", "-1e999", "nan", "inf", "1e308", "1e-320", "0x10",
+    "9" * 5000,
     "1_000", "٣", "true", "yes", "9" * 400, "0." + "3" * 400, "a" * 70_000, "..", "../../../etc/passwd", "/dev/zero",
     "/etc/passwd", "file:///dev/zero", "http://localhost:1/x", "C:\\x", "x\u0000y", "ü€😀", "\u202e", "%00", "%2e%2e/x",
     "a.b.c", ".", "{}", "[", "\x1b[2J", "&amp;", "<x/>", "2.0", "99.9", "input", "output", "Real", "String", "rad",
@@ -136,7 +137,16 @@ def toml(data, random):
         "true",
         "''",
     ]
-    values += ['"' + "\\u001b[2J" + '"', "[" * 30 + "]" * 30, "[[1, 2, 3]]", '[["a", 1]]', "-0.0", "1e400", "9" * 30]
+    values += [
+        '"' + "\\u001b[2J" + '"',
+        "[" * 30 + "]" * 30,
+        "[[1, 2, 3]]",
+        '[["a", 1]]',
+        "-0.0",
+        "1e400",
+        "9" * 30,
+        '"/dev/zero"',
+    ]
     for _ in range(random.choice([1, 1, 2, 4])):
         lines = text.splitlines()
         at = random.randrange(len(lines))

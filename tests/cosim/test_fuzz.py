@@ -4,14 +4,29 @@
 """
 
 import random
-import shutil
 import signal
 import traceback
 import zipfile
 
 import mutate
 import pytest
-from ssp_writer import HEAD, bind, component, connection, edit_fmu, linear, parameter_set, system, units, write
+from echo_fmu import echo3, echo3_description
+from ssp_writer import (
+    HEAD,
+    bind,
+    component,
+    connection,
+    dictionary,
+    edit_fmu,
+    linear,
+    mapping,
+    parameter_mapping,
+    parameter_set,
+    signals,
+    system,
+    units,
+    write,
+)
 
 from twip.cosim import check, load, playback, simulate
 from twip.cosim.checkpoint import Checkpoint
@@ -24,7 +39,11 @@ from twip.errors import TwipError
 
 SLOW = 20
 """Most that one file may take, in s; machines may be busy."""
-SHARES = {"ssd": 4, "ssv": 3, "csv": 3, "toml": 2, "mcap": 2, "checkpoint": 1, "ssp": 1, "description": 2}
+SHARES = {
+    "ssd": 6, "ssv": 3, "ssm": 1, "ssb": 1, "csv": 3, "toml": 3, "mcap": 3, "checkpoint": 2, "ssp": 1,
+    "fmi2": 2, "fmi3": 3,
+}  # fmt: skip
+"""Kinds of files and how many of each there are; `fmi2` and `fmi3` are model descriptions."""
 TOML = """\
 description = "all kinds of entries"
 input_file = "drive.csv"
@@ -63,30 +82,39 @@ def samples(fmus, tmp_path_factory):
     folder = tmp_path_factory.mktemp("fuzz")
     for fmu in ("CosimGain", "CosimMixed", "CosimIntegrator"):
         (folder / f"{fmu}.fmu").write_bytes((fmus / f"{fmu}.fmu").read_bytes())
+    library = folder / "echo3.so"
+    library.write_bytes(b"never loaded")
+    echo3(folder, library)
     inner = system(
-        [component("g", "CosimGain.fmu", "u> y<", bind({"k": ("Real", 3)}))],
-        [connection("v -> g.u", linear(2, 1)), connection("g.y -> w")], "v>:Real w<:Real", name="inner",
+        [component("g", "CosimGain.fmu", "u> y<", bind({"k": ("Real", 3)})), signals("bus", "bus", "speed>")],
+        [connection("v -> g.u", linear(2, 1)), connection("g.y -> w"), connection("g.y -> bus.speed")],
+        "v>:Real w<:Real", name="inner",
     )  # fmt: skip
-    set_ = parameter_set(
-        {"a.k": ("Real", 5, "m"), "b.k": ("Real", 0.5), "m.label": ("String", "x")}, units("m m=1", "ssv")
-    )
-    (folder / "set.ssv").write_text(set_)
-    (folder / "drive.csv").write_text("time,inner.v\n0,0\n1,1\n".replace("inner.v", "drive"))
+    values = {"a.k": ("Real", 5), "b.k": ("Real", 0.5), "m.label": ("String", "x")}
+    (folder / "set.ssv").write_text(parameter_set(values, units("m m=1", "ssv")))
+    (folder / "gain.ssv").write_text(parameter_set({"gain": ("Real", 3)}))
+    (folder / "map.ssm").write_text(parameter_mapping([("gain", "k", linear(2))]))
+    (folder / "bus.ssb").write_text(dictionary({"speed": "<ssc:Real/>", "unused": "<ssc:Real/>"}))
+    (folder / "drive.csv").write_text("time,drive\n0,0\n1,1\n")
     (folder / "scenario.toml").write_text(TOML)
     (folder / "inputs.csv").write_text(CSV)
+    flipped = mapping("Boolean", {"true": "false", "false": "true"})
     body = system(
         [
             component("a", "CosimGain.fmu", "u> y< z<"),
-            component("b", "CosimGain.fmu", "u> y<", bind({"k": ("Real", 2)})),
+            component("b", "CosimGain.fmu", "u> y<", bind(source="gain.ssv", mapped="map.ssm")),
             component("i", "CosimIntegrator.fmu", "u> x<"),
-            component("m", "CosimMixed.fmu", "n> on> held> total< seen<"),
+            component("m", "CosimMixed.fmu", "n> on> held> total< seen< inverted<"),
+            component("m2", "CosimMixed.fmu", "n> on> smooth>"),
             inner,
+            signals("bus", "bus", "speed<"),
         ],
         [
             connection("drive -> a.u"), connection("a.y -> b.u", linear(0.5)), connection("b.y -> inner.v"),
             connection("inner.w -> i.u", suppressUnitConversion="true"), connection("i.x -> result"),
+            connection("m.inverted -> m2.on", flipped), connection("bus.speed -> m2.smooth"),
         ],
-        "drive>:Real[deg] result<", bind(source="set.ssv"),
+        "drive>:Real[deg] result<", bind(source="set.ssv"), dictionaries={"bus": "bus.ssb"},
     )  # fmt: skip
     tail = units("deg rad=1 factor=0.0174; rad rad=1; m m=1") + '<ssd:DefaultExperiment stopTime="1"/>'
     path = write(folder, body, tail=tail)
@@ -96,10 +124,11 @@ def samples(fmus, tmp_path_factory):
         log = McapLog(folder / "run.mcap", loaded.channels, {"run": {"a": "b"}}, [Attachment.file(path)])
         simulate(loaded, step_size=0.01, sinks=[log], input_file=folder / "inputs.csv", loop="python")
     with zipfile.ZipFile(folder / "whole.ssp", "w") as file:
-        for source in (path, folder / "set.ssv", *folder.glob("*.fmu")):
+        for source in (path, *folder.glob("*.ss[vmb]"), *folder.glob("Cosim*.fmu")):
             file.write(source, source.name)
     with zipfile.ZipFile(folder / "CosimMixed.fmu") as file:
         (folder / "modelDescription.xml").write_bytes(file.read("modelDescription.xml"))
+    (folder / "echo3.xml").write_text(echo3_description())
     gain = [edit_fmu(folder / "CosimGain.fmu", folder / "state.fmu", state=True)]
     one = write(folder, system([component("g", gain[0].name, "u> y<")]))
     with load(one) as loaded:
@@ -117,46 +146,51 @@ def too_slow(*_):
     raise Slow
 
 
+ORIGINALS = {
+    "ssd": "SystemStructure.ssd", "ssv": "set.ssv", "ssm": "map.ssm", "ssb": "bus.ssb", "csv": "inputs.csv",
+    "toml": "scenario.toml", "mcap": "run.mcap", "checkpoint": "run.checkpoint", "ssp": "whole.ssp",
+    "fmi2": "modelDescription.xml", "fmi3": "echo3.xml",
+}  # fmt: skip
+CHANGES = {
+    "csv": mutate.table, "toml": mutate.toml, "mcap": mutate.mcap, "checkpoint": mutate.archive, "ssp": mutate.archive,
+}  # fmt: skip
+FMUS = {
+    "fmi2": ("CosimMixed.fmu", "n> on> held> total< seen<"),
+    "fmi3": ("echo3.fmu", "u> x< in_Int8> out_Int8< ins_Float64[1]> outs_String[2]<"),
+}
+
+
 class Reading:
     """How each kind of file is damaged and read."""
 
     def __init__(self, folder):
         self.folder = folder
+        self.structure = (folder / "SystemStructure.ssd").read_text()
         self.system = load(folder / "SystemStructure.ssd")
         self.grid = time_grid(self.system, None, None, 0.01)
 
-    def original(self, kind):
-        names = {
-            "ssd": "SystemStructure.ssd", "ssv": "set.ssv", "csv": "inputs.csv", "toml": "scenario.toml",
-            "mcap": "run.mcap", "checkpoint": "run.checkpoint", "ssp": "whole.ssp",
-            "description": "modelDescription.xml",
-        }  # fmt: skip
-        return (self.folder / names[kind]).read_bytes()
-
     def damaged(self, kind, random):
-        change = {
-            "ssd": mutate.xml, "ssv": mutate.xml, "csv": mutate.table, "toml": mutate.toml, "mcap": mutate.mcap,
-            "checkpoint": mutate.archive, "ssp": mutate.archive, "description": mutate.xml,
-        }[kind]  # fmt: skip
-        return change(self.original(kind), random)
+        return CHANGES.get(kind, mutate.xml)((self.folder / ORIGINALS[kind]).read_bytes(), random)
 
     def read(self, kind, data):
         """Read a damaged file as a run would; return the lines by which it is refused."""
-        file = self.folder / f"damaged.{'ssd' if kind == 'description' else kind}"
+        file = self.folder / f"damaged.{kind}"
         file.write_bytes(data)
+        structure = self.folder / "using.ssd"
         try:
             if kind in ("ssd", "ssp"):
                 return check(file)
             if kind == "ssv":
                 return check(self.folder / "SystemStructure.ssd", parameters=[file])
-            if kind == "description":
-                shutil.copy(self.folder / "CosimMixed.fmu", self.folder / "mixed.fmu")
-                with zipfile.ZipFile(self.folder / "mixed.fmu", "a") as archive:
-                    archive.filelist.remove(archive.NameToInfo.pop("modelDescription.xml"))
-                    archive.writestr("modelDescription.xml", data)
-                body = system([component("m", "mixed.fmu", "n> on> held> total< seen<")])
-                file.write_text(f'{HEAD} version="1.0" name="t">{body}</ssd:SystemStructureDescription>')
-                return check(file, start_values={"m.label": "x"})
+            if kind in ("ssm", "ssb"):
+                structure.write_text(self.structure.replace(ORIGINALS[kind], file.name))
+                return check(structure)
+            if kind in FMUS:
+                source, ports = FMUS[kind]
+                edit_fmu(self.folder / source, self.folder / "damaged.fmu", files={"modelDescription.xml": data})
+                body = system([component("m", "damaged.fmu", ports)])
+                structure.write_text(f'{HEAD} version="1.0" name="t">{body}</ssd:SystemStructureDescription>')
+                return check(structure, start_values={"m.in_String": "x"} if kind == "fmi3" else {"m.label": "x"})
             if kind in ("csv", "toml"):
                 problems = Problems()
                 read_scenario(*((None, file) if kind == "csv" else (file, None)), self.system, self.grid, problems)
@@ -165,6 +199,7 @@ class Reading:
                 playback.read(file)
             else:
                 found = Checkpoint.read(file)
+                found.check(file, {"system": "root", "coupling": "jacobi", "components": ["g"]}, self.grid, NO_INPUTS)
                 found.check(file, found.identity, self.grid, NO_INPUTS)
         except TwipError as error:
             return str(error).splitlines() or ["an empty message"]
