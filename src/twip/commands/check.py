@@ -6,15 +6,14 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..cosim import load
-from ..cosim.coupling import Coupling
-from ..cosim.experiment import time_grid
+from ..cosim.experiment import Coupling, time_grid
 from ..cosim.fmu import read_fmu
 from ..cosim.overview import Section, fmu_overview, set_overview, system_overview, weaknesses
 from ..cosim.problems import Place, Problems
 from ..cosim.scenario_file import read_scenario
 from ..cosim.ssv import read_parameter_file
 from ..errors import TwipError
-from .run import algorithm, declare_experiment, pairs
+from .run import declare_experiment, pairs
 
 T = TypeVar("T")
 DESCRIPTION = """\
@@ -72,10 +71,8 @@ def _check_system(arguments: argparse.Namespace) -> int:
         grid = _told(
             problems, lambda: time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
         )
-        coupling = None
+        coupling = _told(problems, lambda: Coupling.of(system, arguments.coupling, arguments.mid_step))
         if grid is not None:
-            asked = algorithm(arguments).over(system.experiment.algorithm)
-            coupling = _told(problems, lambda: Coupling.of(system, grid, asked))
             scenario = read_scenario(arguments.scenario, arguments.input_file, system, grid, problems)
         if grid is not None and coupling is not None and not problems:
             _print(system_overview(system, grid, coupling, scenario))

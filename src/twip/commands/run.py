@@ -8,7 +8,7 @@ from pathlib import Path
 from signal import SIGINT
 
 from ..cosim import CsvSink, Result, load, simulate
-from ..cosim.algorithm import COUPLINGS, Algorithm
+from ..cosim.algorithm import COUPLINGS
 from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.isolation import START_LIMIT, TIME_LIMIT
@@ -124,6 +124,22 @@ def declare_execution(parser: argparse.ArgumentParser) -> None:
     """Declare how it is run, and what is written."""
     parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
     parser.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="X",
+        help="variable steps, the first of --step-size: largest local error per step, relative to magnitude or nominal "
+        "value; 0 for equal steps; default: the system's, else 0",
+    )
+    parser.add_argument(
+        "--minimum-step",
+        type=float,
+        metavar="S",
+        help="smallest variable step in s; default: the system's, else a millionth of the first",
+    )
+    parser.add_argument(
+        "--maximum-step", type=float, metavar="S", help="largest variable step in s; default: the system's, else none"
+    )
+    parser.add_argument(
         "--loop",
         choices=["compiled", "python"],
         help="how steps are executed, with the same results; default: compiled where numba is installed, "
@@ -194,18 +210,6 @@ def pairs(values: Sequence[str]) -> dict[str, str]:
     return dict(zip(values[::2], values[1::2], strict=True))
 
 
-def algorithm(arguments: argparse.Namespace) -> Algorithm:
-    """Return what the options say about the steps."""
-    return Algorithm(
-        coupling=arguments.coupling,
-        mid_step=None if arguments.mid_step is None else tuple(arguments.mid_step),
-        order=None if arguments.order is None else tuple(arguments.order),
-        own_steps=own_steps(arguments.own_step),
-        iteration_tolerance=arguments.iteration_tolerance,
-        maximum_iterations=arguments.maximum_iterations,
-    )
-
-
 def own_steps(values: Sequence[str] | None) -> dict[str, float] | None:
     """Return the steps of `--own-step a=0.01 b=0.02`."""
     if values is None:
@@ -231,7 +235,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise TwipError(f"--log {arguments.log} and --no-log exclude each other")
     values = pairs(arguments.start_values)
     with load(arguments.ssp, ssd=arguments.ssd, parameters=arguments.parameters, start_values=values) as system:
-        grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
+        grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size, arguments.tolerance)
         variant = "" if arguments.ssd is None else f"-{Path(arguments.ssd).stem}"
         unresumed = default = Path("logs") / f"{Path(arguments.ssp).stem}{variant}"
         if arguments.resume is not None:
@@ -264,19 +268,21 @@ def run(arguments: argparse.Namespace) -> int:
                 opened.append(CsvSink(arguments.output_file, system.channels))
             return opened
 
-        asked = algorithm(arguments)
         with progress_bar(system.name, grid.stop, "s") as progress:
             result = simulate(
                 system,
                 start_time=grid.start,
                 stop_time=grid.stop,
                 step_size=grid.step_size,
-                coupling=asked.coupling,
-                mid_step=asked.mid_step,
-                order=asked.order,
-                own_steps=asked.own_steps,
-                iteration_tolerance=asked.iteration_tolerance,
-                maximum_iterations=asked.maximum_iterations,
+                coupling=arguments.coupling,
+                mid_step=arguments.mid_step,
+                order=arguments.order,
+                own_steps=own_steps(arguments.own_step),
+                iteration_tolerance=arguments.iteration_tolerance,
+                maximum_iterations=arguments.maximum_iterations,
+                tolerance=arguments.tolerance,
+                minimum_step=arguments.minimum_step,
+                maximum_step=arguments.maximum_step,
                 input_file=arguments.input_file,
                 scenario=arguments.scenario,
                 sinks=sinks,
@@ -310,6 +316,8 @@ def print_result(result: Result) -> None:
     """Print what a run did."""
     start = f" from {result.start_time:g} s" if result.start_time else ""
     steps = f"{result.steps} steps of {result.step_size:g} s ({result.coupling})"
+    if result.variable is not None:
+        steps = f"{result.steps} variable steps, {result.variable} ({result.coupling})"
     if result.iterations:
         steps = f"{steps[:-1]}, {result.iterations / max(result.steps, 1):.1f} iterations per step)"
     print_rows(

@@ -10,9 +10,13 @@ from .problems import Place
 COUPLINGS = ("jacobi", "gauss-seidel", "iterated")
 _SCHEME = ("coupling", "mid_step", "order", "iteration_tolerance", "maximum_iterations")
 """What belongs to a coupling, and is set aside when the caller names another."""
+_LIMITS = ("minimum_step", "maximum_step")
 _ATTRIBUTES = {
     "stepSize": "step_size",
     "iterationTolerance": "iteration_tolerance",
+    "tolerance": "tolerance",
+    "minimumStep": "minimum_step",
+    "maximumStep": "maximum_step",
 }
 
 
@@ -39,8 +43,10 @@ class Algorithm:
     """Where a file names what: by the field's name, and the name in it (empty for a field without names)."""
 
     def over(self, proposed: "Algorithm") -> "Algorithm":
-        """Return this completed by what is `proposed`; a coupling sets aside what belongs to the proposed one."""
-        dropped = _SCHEME if self.coupling is not None else ()
+        """Return this completed by what is `proposed`; a coupling sets aside what belongs to the proposed one, equal
+        steps set aside the limits of variable ones.
+        """
+        dropped = (_SCHEME if self.coupling is not None else ()) + (_LIMITS if self.tolerance == 0.0 else ())
         taken = {
             f.name: getattr(proposed, f.name)
             for f in fields(self)

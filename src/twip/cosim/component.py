@@ -24,12 +24,15 @@ from .variable import Variable
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 UNFIT = 100
 """Status beyond those of FMI: the call itself succeeded, and what it returned cannot be used."""
-_ERROR, _FATAL = 3, 4
+DISCARD, _ERROR, _FATAL = 2, 3, 4
 _guarded: dict[str, ctypes.CDLL] = {}
 
 
 class ComponentError(TwipError):
     """A component failed; the message names it, the simulated time, the function, and what the FMU itself said."""
+
+    repeatable: bool = False
+    """Whether a smaller step from an earlier state may succeed."""
 
 
 def _guard_exit(library: str) -> bool:
@@ -80,6 +83,8 @@ class Instance(ABC):
     """fmpy's object with the FMU's functions."""
     handle: int | None = None
     """Address of the instance within the FMU."""
+    goes_back: bool = False
+    """Whether the instance may be put back to a time before the last step's beginning; its FMU is told so."""
 
     def __init__(
         self,
@@ -165,6 +170,10 @@ class Instance(ABC):
     def restore_state(self, data: bytes) -> None:
         """Take over a state that `save_state` of an instance of the same FMU has returned."""
 
+    def expect_rollback(self) -> None:
+        """Be ready to be put back to a time before the last step's beginning."""
+        self.goes_back = True
+
     def set_value(self, start: StartValue) -> None:
         """Set a variable before initialization, or a tunable parameter between two steps."""
         self.set_values(start.variable, [start.value])
@@ -223,7 +232,9 @@ class Instance(ABC):
         self._status = max(self._status, status)
         if status == _FATAL:
             self._dead.add(self._folder)
-        raise self.failure(function, f"returned {STATUS[status] if 0 <= status < len(STATUS) else status}")
+        failure = self.failure(function, f"returned {STATUS[status] if 0 <= status < len(STATUS) else status}")
+        failure.repeatable = status == DISCARD
+        raise failure
 
     def check_step(self, status: int) -> None:
         """Raise `ComponentError` unless a step with this status has succeeded; `UNFIT` needs a closer look."""

@@ -35,8 +35,18 @@ class TimeGrid:
         return times
 
 
-def time_grid(system: System, start: float | None, stop: float | None, step_size: float | None) -> TimeGrid:
-    """Complete and check the arguments. Raises `TwipError` that names the numbers."""
+def time_grid(
+    system: System,
+    start: float | None,
+    stop: float | None,
+    step_size: float | None,
+    tolerance: float | None = None,
+) -> TimeGrid:
+    """Complete and check the arguments. Raises `TwipError` that names the numbers.
+
+    With a `tolerance` above 0, given or proposed, steps are variable: `step_size` is that of the first, and need not
+    divide the interval.
+    """
     proposed = system.experiment
     start = next((float(t) for t in (start, proposed.start_time) if t is not None), 0.0)
     stop = next((float(t) for t in (stop, proposed.stop_time) if t is not None), None)
@@ -63,6 +73,8 @@ def time_grid(system: System, start: float | None, stop: float | None, step_size
         raise TwipError(
             f"step size {step_size!r} s is below the resolution of time near {latest!r} s ({math.ulp(latest):.2g} s)"
         )
+    if tolerance if tolerance is not None else proposed.algorithm.tolerance:
+        return TimeGrid(start, stop, step_size, max(1, math.ceil(ratio)))
     steps = round(ratio)
     if steps < 1 or abs(steps * step_size - (stop - start)) > _DIVIDES * (stop - start):
         raise TwipError(

@@ -30,6 +30,9 @@ class InstanceFace(Protocol):
     def restore_state(self, data: bytes) -> None:
         """Take over a state that `save_state` of an instance of the same FMU has returned."""
 
+    def expect_rollback(self) -> None:
+        """Be ready to be put back to a time before the last step's beginning."""
+
     def keep_state(self) -> int:
         """Return what stands for the state between two steps in `return_to`; it must be freed."""
 

@@ -51,6 +51,13 @@ class Series:
         held = self.table[row]
         return np.where(self.linear, held + (self.table[after] - held) * share[:, None], held)
 
+    def jumps(self) -> NDArray[np.float64]:
+        """Return the times in s at which a value jumps."""
+        changed = self.table[1:] != self.table[:-1]
+        jumping = (changed & ((np.diff(self.times) == 0.0)[:, None] | ~self.linear)).any(axis=1)
+        times: NDArray[np.float64] = self.times[1:][jumping]
+        return times
+
 
 @dataclass(frozen=True)
 class InputSeries:
@@ -65,6 +72,10 @@ class InputSeries:
     def at(self, times: NDArray[np.float64], step_size: float) -> NDArray[np.float64]:
         """Return the values (len(times), n) at `times` in s."""
         return np.hstack([np.zeros((len(times), 0)), *(part.at(times, step_size) for part in self.parts)])
+
+    def jumps(self) -> set[float]:
+        """Return the times in s at which a value jumps."""
+        return {time for part in self.parts for time in part.jumps().tolist()}
 
     def __add__(self, other: "InputSeries") -> "InputSeries":
         texts = self.texts + tuple(len(self.columns) + i for i in other.texts)

@@ -6,11 +6,10 @@ from typing import Any
 
 from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String
 
-from .component import Access, Instance
+from .component import DISCARD, Access, Instance
 from .messages import Callbacks
 from .text_access import text_getter, text_setter
 
-_DISCARD = 2
 _LAST_SUCCESSFUL_TIME = 2
 _C_TYPES = {"Real": fmi2Real, "Integer": fmi2Integer, "Boolean": fmi2Boolean, "String": fmi2String}
 
@@ -65,7 +64,7 @@ class Fmi2Instance(Instance):
 
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size`, both in s."""
-        status = self._do_step(self.handle, time, step_size, 1)
+        status = self._do_step(self.handle, time, step_size, not self.goes_back)
         if status:
             self.check_step(status)
 
@@ -73,16 +72,18 @@ class Fmi2Instance(Instance):
         """Raise `ComponentError` unless a step with this status has succeeded; that of a discarded one says how far it
         came, if the FMU tells (FMI 2.0.4 section 4.2.3).
         """
-        if status != _DISCARD:
+        if status != DISCARD:
             super().check_step(status)
             return
         self._status = max(self._status, status)
         time = fmi2Real(math.nan)
         asked = self._function("fmi2GetRealStatus")(self.handle, _LAST_SUCCESSFUL_TIME, ctypes.byref(time))
         known = asked in (0, 1) and math.isfinite(time.value)
-        raise self.failure(
+        failure = self.failure(
             "fmi2DoStep", f"returned discard{f' (computed until t = {time.value:.12g} s)' if known else ''}"
         )
+        failure.repeatable = True
+        raise failure
 
     def save_state(self) -> bytes:
         """Return the serialized state between two steps."""

@@ -122,7 +122,7 @@ class Fmi3Instance(Instance):
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size`, both in s."""
         self._block[1:4] = [0, 0, 0]
-        status = self._do_step(self.handle, time, step_size, True, *self._results)
+        status = self._do_step(self.handle, time, step_size, not self.goes_back, *self._results)
         if status > 1 or self._terminate.value or self._early.value:
             self.check_step(status if status > 1 else UNFIT)
         elif status:

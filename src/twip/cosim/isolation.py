@@ -30,6 +30,7 @@ from .isolation_wire import (
     MESSAGE,
     NUMBER,
     NUMBER_OF,
+    REPEATABLE,
     START,
     STEP,
     TEXT_OF,
@@ -54,6 +55,7 @@ _ACTIONS = {
     "set_value": "setting a parameter",
     "save_state": "saving the state",
     "restore_state": "restoring the state",
+    "expect_rollback": "saving the state",
     "keep_state": "saving the state",
     "return_to": "restoring the state",
     "free_state": "freeing a state",
@@ -160,6 +162,10 @@ class IsolatedInstance:
         """Take over a state that `save_state` of an instance of the same FMU has returned."""
         self._call("instance", "restore_state", data)
 
+    def expect_rollback(self) -> None:
+        """Be ready to be put back to a time before the last step's beginning."""
+        self._call("instance", "expect_rollback")
+
     def keep_state(self) -> int:
         """Return what stands for the state between two steps in `return_to`; it must be freed."""
         return int.from_bytes(self._call("instance", "keep_state"), "little")
@@ -256,7 +262,9 @@ class IsolatedInstance:
             raise
         if kind == DONE:
             return payload
-        raise ComponentError(payload.decode("utf-8", "replace"))
+        failure = ComponentError(payload[1:].decode("utf-8", "replace"))
+        failure.repeatable = payload[:1] == REPEATABLE
+        raise failure
 
     def _take(self, kind: int, payload: bytes) -> None:
         """Keep a message, or answer a question."""

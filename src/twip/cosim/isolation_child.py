@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import TwipError
 from . import texts
+from .component import ComponentError
 from .instantiate import instantiate
 from .isolation_wire import (
     ADVANCE,
@@ -25,6 +26,7 @@ from .isolation_wire import (
     MESSAGE,
     NUMBER,
     NUMBER_OF,
+    REPEATABLE,
     SETTING,
     STEP,
     STEPPING,
@@ -125,8 +127,9 @@ def serve(wire: Wire, memory: int) -> None:
 
 
 def told(error: TwipError) -> bytes:
-    """Return a failure as the run raises it again."""
-    return str(error).encode("utf-8", "replace")
+    """Return a failure as the run raises it again: whether it is repeatable, and its text."""
+    repeatable = isinstance(error, ComponentError) and error.repeatable
+    return (REPEATABLE if repeatable else b"0") + str(error).encode("utf-8", "replace")
 
 
 def die_with(parent: int) -> None:

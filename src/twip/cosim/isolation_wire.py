@@ -21,12 +21,14 @@ from .system import Component
 START, CALL, ADVANCE = range(3)
 """Requests: a `Start`; a method of the instance or its ports; a step."""
 DONE, FAILED = range(3, 5)
-"""Replies: what a method returned; the text of its failure."""
+"""Replies: what a method returned; its failure, as `isolation_child.told` writes it."""
 MESSAGE, NUMBER_OF, TEXT_OF = range(5, 8)
 """Before a reply: a log message; a question for the number of a text, and for the text of a number, which are answered
 by a frame of the same kind.
 """
 NUMBER = struct.Struct("<d")
+REPEATABLE = b"1"
+"""First byte of a failure after which a smaller step from an earlier state may succeed."""
 SETTING, STEPPING, GETTING = range(3)
 """What an instance is at within a step."""
 STEP = struct.Struct("<ddddd")

@@ -6,13 +6,14 @@ from dataclasses import dataclass, field
 
 import fmpy.validation
 
-from .coupling import Coupling
-from .experiment import TimeGrid
+from .experiment import Coupling, TimeGrid
 from .fmu import Fmu, Variable
 from .scenario import Scenario
 from .schedule import make_schedule
 from .ssv import ParameterSet
 from .system import System
+
+FMI_VERSION = "2.0"
 
 
 @dataclass(frozen=True)
@@ -27,16 +28,17 @@ class Section:
 def system_overview(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scenario) -> list[Section]:
     """Say what a run of `system` would be."""
     driven = scenario.inputs.columns.tolist()
-    plan = make_schedule(system, coupling, driven)
+    plan = make_schedule(system, coupling.name, driven, coupling.mid_step)
     names = system.columns
     signals = [signal for channel in system.channels for signal in channel.signals]
     in_order = [system.components[i] for i in plan.order]
-    loops = [("", loop) for loop in plan.loops]
+    loops = [("", ", ".join(f"{c}.{v}" for c, v in loop)) for loop in plan.loops]
+    middle = f", at mid-step: {', '.join(coupling.mid_step)}" if coupling.mid_step else ""
     kept = unconnected(system, set(driven))
     sections = [
         Section("system", f"{system.name} ({system.file}), {len(names)} recorded variables"),
         Section("time", f"{grid.start:g} s to {grid.stop:g} s, {grid.steps} steps of {grid.step_size:g} s"),
-        Section("coupling", coupling.name, _details(coupling, grid)),
+        Section("coupling", coupling.name + middle),
         Section(
             "components", f"{len(in_order)}, in the order of evaluation", [(c.name, brief(c.fmu)) for c in in_order]
         ),
@@ -51,16 +53,6 @@ def system_overview(system: System, grid: TimeGrid, coupling: Coupling, scenario
     if entries:
         sections.append(Section("scenario", f"{len(entries)} parameter changes and faults", entries))
     return sections
-
-
-def _details(coupling: Coupling, grid: TimeGrid) -> list[tuple[str, str]]:
-    """Return what of a coupling differs from its plain form."""
-    found = [("at mid-step", ", ".join(coupling.mid_step))] if coupling.mid_step else []
-    found += [("order by hand", ", ".join(coupling.order))] if coupling.order else []
-    found += [(f"step of {name}", f"{every * grid.step_size:g} s") for name, every in coupling.own_steps]
-    if coupling.control is not None:
-        found.append(("variable steps", f"local error {coupling.control.tolerance:g} per step"))
-    return found
 
 
 def unconnected(system: System, driven: set[int]) -> list[tuple[str, str]]:
@@ -81,7 +73,7 @@ def brief(fmu: Fmu) -> str:
     """Return an FMU in one line."""
     counts = [f"{len(fmu.ports(kind))} {kind}s" for kind in ("input", "output")]
     counts.append(f"{sum(v.causality == 'parameter' for v in fmu.variables.values())} parameters")
-    return f"{fmu.name}, FMI {fmu.fmi_version}, {', '.join(counts)}" + (
+    return f"{fmu.name}, FMI {FMI_VERSION}, {', '.join(counts)}" + (
         f", by {tool}" if (tool := fmu.generation_tool) else ""
     )
 
@@ -91,7 +83,7 @@ def fmu_overview(fmu: Fmu) -> list[Section]:
     able = "can be saved and restored" if fmu.serializes_state else "cannot be saved: no checkpoints"
     step = "none proposed" if fmu.step_size is None else f"{fmu.step_size:g} s proposed"
     sections = [
-        Section("FMU", f"{fmu.name}, FMI {fmu.fmi_version} co-simulation"),
+        Section("FMU", f"{fmu.name}, FMI {FMI_VERSION} co-simulation"),
         Section("model", f"{fmu.model_identifier}" + (f", by {fmu.generation_tool}" if fmu.generation_tool else "")),
         Section("instances", "one per process" if fmu.only_once else "any number"),
         Section("step", step),

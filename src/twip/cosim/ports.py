@@ -159,7 +159,9 @@ class Ports:
         """Raise the failure of a value in the buffer that cannot be used."""
         for name, value in zip(group.names, group.buffer, strict=True):
             if why := misfit(group.type, value):
-                raise self.instance.failure(group.function, f"gave {name} = {value}, {why}")
+                failure = self.instance.failure(group.function, f"gave {name} = {value}, {why}")
+                failure.repeatable = True
+                raise failure
         raise RuntimeError(f"{group.function} gave nothing that is wrong")
 
     def refuse_input(self, group: InputGroup) -> NoReturn:

@@ -20,6 +20,7 @@ from .record import Channel, columns
 from .sole_file import InUseError, SoleFile
 from .texts import text_of
 from .value_types import family
+from .variable_steps import VariableSteps
 
 _DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?", "String": "O"}
 """By family of the type."""
@@ -116,6 +117,8 @@ class Result:
     """Kept and missed deadlines of a run in real time."""
     iterations: int = 0
     """How often the steps of an iterated run were done, in all."""
+    variable: VariableSteps | None = None
+    """What variable steps were like; `step_size` is then the first."""
     table: Table | None = field(default=None, repr=False)
     """All rows and events of a run that was given no sinks."""
 

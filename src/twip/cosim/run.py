@@ -27,10 +27,12 @@ from .pace import Pacer
 from .pool import InstancePool
 from .ports import Ports
 from .results import Result
-from .scenario import Scenario
+from .scenario import ParameterChange, Scenario
 from .schedule import Schedule, make_schedule
 from .system import System
 from .texts import text_of
+from .variable_loop import VariableLoop
+from .variable_steps import VariableSteps
 
 CHUNK = 200
 """Most steps between two deliveries to the sinks."""
@@ -85,6 +87,8 @@ class Run:
         system, grid, self.inputs = self.system, self.grid, self.scenario.inputs
         self.first = self.steps = 0 if self.resumed is None else self.resumed.steps
         self.clock = np.array([grid.start])
+        self.reached = self._time_of(self.steps)
+        self.variable: VariableSteps | None = None
         plan = make_schedule(system, self.coupling, self.inputs.columns.tolist())
         self.faults = Faults(self.scenario.faults, plan)
         self.schedule: Schedule = self.faults.schedule
@@ -115,7 +119,9 @@ class Run:
                 execution = self._start()
                 loop = None if execution is None else self._prepare(execution)
                 started = time.perf_counter()
-                if execution is not None and loop is not None:
+                if execution is not None and self.coupling.control is not None:
+                    self._advance_freely(execution)
+                elif execution is not None and loop is not None:
                     self._advance(loop, execution)
                 self.completed = True
             except TwipError as failure:
@@ -124,13 +130,13 @@ class Run:
         finally:
             stopped = time.perf_counter()
             self._free()
-        interrupted = bool(self.interrupted) and self.steps < self.grid.steps
+        interrupted = bool(self.interrupted) and self.reached < self.grid.stop
         row = [text_of(v) if i in self._texts else v for i, v in enumerate(self.values)]
         values = dict(zip(self.system.columns, row, strict=False)) if self.delivered else {}
         return Result(
             steps=self.steps - self.first,
             start_time=self._time_of(self.first),
-            time=self._time_of(self.steps),
+            time=self.reached,
             step_size=self.grid.step_size,
             coupling=self.schedule.coupling,
             wall_time=stopped - started,
@@ -142,13 +148,14 @@ class Run:
             signal=self.interrupted.signal if interrupted else None,
             real_time=self.pacer.report if self.pacer is not None else None,
             iterations=0 if execution is None else execution.iterations,
+            variable=self.variable,
         )
 
     def _time_of(self, steps: int) -> float:
         return float(self.grid.times(steps, 0)[0])
 
     def _say(self, level: str, text: str) -> None:
-        self.delivery.messages.append(Message(self._time_of(self.steps), level, "", text))
+        self.delivery.messages.append(Message(self.reached, level, "", text))
 
     def _start(self) -> Execution | None:
         """Bring all components to where the run begins and deliver the row there; None when interrupted before."""
@@ -242,6 +249,25 @@ class Run:
         loop.run(times, self.grid.step_size, none, np.empty((0, self.schedule.columns)), self.interrupted.array)
         return loop
 
+    def _advance_freely(self, execution: Execution) -> None:
+        """Go with variable steps from event to event: jumps of the inputs and parameter changes."""
+        loop = VariableLoop(execution, self.grid, self.coupling, self.system, self.inputs)
+        self.variable, start, stop = loop.steps, self.grid.start, self.grid.stop
+        changes = list(self.scenario.changes)
+        events = {time for time in self.inputs.jumps() | {c.time for c in changes} if start < time < stop}
+        for until in [*sorted(events), stop]:
+            self.clock[0] = loop.time
+            while changes and changes[0].time <= loop.time:
+                self._set(changes.pop(0))
+            while loop.time < until and not self.interrupted:
+                times, rows, failure = loop.run(until, CHUNK, self.interrupted.array)
+                self.steps += len(times)
+                self.reached = loop.time
+                self.delivery.write(np.array(times), np.array(rows).reshape(-1, self.schedule.columns))
+                self.progress(loop.time)
+                if failure is not None:
+                    raise failure
+
     def _advance(self, loop: Loop, execution: Execution) -> None:
         grid, last = self.grid, self.grid.steps
         longest = CHUNK if self.pacer is None else min(CHUNK, self.pacer.chunk(grid.step_size))
@@ -256,6 +282,7 @@ class Run:
             rows = np.empty((count, self.schedule.columns))  # anew for each chunk: a sink may keep it
             done, failure = loop.run(times, grid.step_size, inputs, rows, self.interrupted.array)
             self.steps += done
+            self.reached = float(times[done])
             self.faults.record(rows[:done])
             if self.pacer is not None:
                 self.pacer.wait(float(times[done]), self.interrupted)
@@ -274,10 +301,13 @@ class Run:
         self.clock[0] = self._time_of(self.steps)
         for change in self.scenario.changes:
             if change.step == self.steps:
-                self._say("info", str(change))
-                self.instances[change.component].set_value(change.value)
+                self._set(change)
         for text in self.faults.begin(self.steps, execution.row):
             self._say("info", text)
+
+    def _set(self, change: ParameterChange) -> None:
+        self._say("info", str(change))
+        self.instances[change.component].set_value(change.value)
 
     def _undisturbed(self, last: int) -> int:
         """Return after how many steps, at most `last`, the scenario wants something done again."""

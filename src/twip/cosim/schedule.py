@@ -27,6 +27,7 @@ from .feedthrough import evaluation_order
 from .fmu import RECORDED_TYPES, Variable
 from .system import Component, Copy, System
 from .transformation import Mapping
+from .value_types import family
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()
     )
     sources = {owner[c.destination]: owner[c.source] for c in copies if c.destination in owner and c.source in owner}
     order = evaluation_order(
-        {c.name: {v.name: _feedthrough(c, v.name) for v in c.outputs} for c in system.components}, sources
+        {c.name: {v.name: feedthrough_of(c, v.name) for v in c.outputs} for c in system.components}, sources
     )
     cycles: list[tuple[int, int]] = []
     in_order = list(coupling.order or order.components)
@@ -172,7 +173,7 @@ def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()
     )
 
 
-def _feedthrough(component: Component, name: str) -> frozenset[str]:
+def feedthrough_of(component: Component, name: str) -> frozenset[str]:
     """Return the inputs that a variable depends on; what is no output may depend on all of them."""
     known = component.fmu.feedthrough
     return known[name] if name in known else frozenset(v.name for v in component.inputs)
@@ -182,7 +183,7 @@ def _nominal(system: System) -> NDArray[np.float64]:
     nominal = np.zeros(len(system.columns))
     for component in system.components:
         for i, variable in enumerate(component.inputs + component.outputs):
-            if variable.recorded_type == "Real" and variable.variability == "continuous":
+            if family(variable.recorded_type) == "Real" and variable.variability == "continuous":
                 nominal[system.first_column[component.name] + i] = variable.nominal or 1.0
     return nominal
 

@@ -45,6 +45,9 @@ def simulate(
     own_steps: Mapping[str, float] | None = None,
     iteration_tolerance: float | None = None,
     maximum_iterations: int | None = None,
+    tolerance: float | None = None,
+    minimum_step: float | None = None,
+    maximum_step: float | None = None,
     input_file: str | os.PathLike[str] | None = None,
     scenario: str | os.PathLike[str] | None = None,
     sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] | None = None,
@@ -68,6 +71,10 @@ def simulate(
     magnitude or nominal value (default 1e-8), at most `maximum_iterations` times (default 50).
     What is not given comes from the system's description, then from the FMUs; a given `coupling` leaves the
     description's mid-step inputs, order and iteration aside.
+
+    With a `tolerance` above 0 the steps are variable, between `minimum_step` (default: a millionth of the first) and
+    `maximum_step` in s, `step_size` the first: none has a local error above it, relative to magnitude or nominal value.
+    Jumps of time series, parameter changes and the stop time are hit exactly.
 
     `input_file` is a CSV file that drives open inputs, `scenario` a TOML file with time series, parameter changes and
     faults (docs/scenarios.md). The `sinks`, or what they return when they are a function of the time grid, called after
@@ -102,7 +109,7 @@ def simulate(
         limit = _time_limit(isolate, time_limit)
         if not isolate and (crowded := cannot_share_a_process(system)):
             raise TwipError("\n".join(crowded))
-        grid = time_grid(system, start_time, stop_time, step_size)
+        grid = time_grid(system, start_time, stop_time, step_size, tolerance)
         asked = Algorithm(
             coupling=coupling,
             mid_step=None if mid_step is None else tuple(mid_step),
@@ -110,13 +117,20 @@ def simulate(
             own_steps=own_steps,
             iteration_tolerance=iteration_tolerance,
             maximum_iterations=maximum_iterations,
+            tolerance=tolerance,
+            minimum_step=minimum_step,
+            maximum_step=maximum_step,
         )
         plan = Coupling.of(system, grid, asked.over(system.experiment.algorithm))
         kind = _choose_loop(loop, isolate, plan)
         repeatable(system, plan)
+        if plan.control is not None:
+            _refuse({"checkpoint": checkpoint, "resume": resume, "real_time": real_time})
         problems = Problems()
         planned = read_scenario(scenario, input_file, system, grid, problems)
         problems.raise_any()
+        if plan.control is not None and planned.faults:
+            raise TwipError("faults of the scenario need equal steps, but with a tolerance they vary")
         if checkpoint is None and checkpoint_every is not None:
             raise TwipError("a checkpoint interval needs a file for the checkpoint")
         resumed = None
@@ -178,6 +192,13 @@ def _choose_loop(name: str | None, isolate: bool, coupling: Coupling) -> LoopKin
     with deferred_interrupt():
         module = import_module(".compiled_loop", __package__)  # numba takes its time to load
     return LoopKind(module.CompiledLoop, module.is_cached)
+
+
+def _refuse(arguments: Mapping[str, object]) -> None:
+    """Raise `TwipError` for what has been given and needs equal steps."""
+    if given := [name.replace("_", " ") for name, value in arguments.items() if value is not None]:
+        needs = "needs" if len(given) == 1 else "need"
+        raise TwipError(f"{' and '.join(given)} {needs} equal steps, but with a tolerance they vary")
 
 
 def _ignore(_: object) -> None:

@@ -18,7 +18,7 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
     `step_size` is the step of the inside in s; default: the system's. Raises TwipError with a line per thing that a
     container cannot do.
     """
-    grid = time_grid(system, 0.0, system.experiment.stop_time or STOP_TIME, step_size)
+    grid = time_grid(system, 0.0, system.experiment.stop_time or STOP_TIME, step_size, 0.0)
     names = {
         system.first_column[c.name] + i: (c.name, v.name)
         for c in system.components
@@ -66,6 +66,8 @@ def _otherwise(system: System) -> list[str]:
         result.append(f"inputs are not taken at the middle of a step: {', '.join(algorithm.mid_step)}")
     if algorithm.own_steps:
         result.append(f"components have no step of their own: {', '.join(algorithm.own_steps)}")
+    if algorithm.tolerance:
+        result.append("steps do not vary")
     if system.experiment.start_time:
         result.append(f"the proposed start time is 0 s, not {system.experiment.start_time:g} s")
     return result

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from ...cosim.parameters import Value
+from ...cosim.values import Value
 from ...errors import TwipError
 
 MOST_VALUES = 1_000_000

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.parameters import Value
+from ...cosim.values import Value
 from ...errors import TwipError
 from .plan import Plan, Point
 from .worker import Row

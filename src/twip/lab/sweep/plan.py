@@ -10,8 +10,8 @@ from typing import Any
 from ...cosim.fmu import file_fingerprint
 from ...cosim.load import load
 from ...cosim.parameter_file import parameters_of
-from ...cosim.parameters import Value
 from ...cosim.system import System
+from ...cosim.values import Value
 from ...errors import TwipError
 from .axis import Axis
 from .design import run_seed, unit_points

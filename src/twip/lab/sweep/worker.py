@@ -16,11 +16,11 @@ import numpy as np
 
 from ...cosim.load import load
 from ...cosim.log import McapLog
-from ...cosim.parameters import Value
 from ...cosim.pool import InstancePool
 from ...cosim.results import Table
 from ...cosim.simulate import simulate
 from ...cosim.system import System
+from ...cosim.values import Value
 from ...errors import TwipError
 from .measures import ERROR, Judge, MetricError
 
