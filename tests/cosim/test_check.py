@@ -49,7 +49,7 @@ def test_a_system_is_described_whole(path, capsys):
     assert [words[0] for words in below[:4]] == ["a", "c", "b", "d"]
     assert all(fmu in line for line in said[4:8])
     assert found["algebraic loops"] == "1"
-    assert ["d.y"] in below
+    assert ["d.y", "→", "d.u"] in below
     assert found["unconnected inputs"] == "2, which keep their values"
     assert ["a.u", "1.5", "rad"] in below
     assert ["c.u", "0.5", "rad"] in below  # behind a connector that nobody drives

@@ -6,13 +6,18 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..cosim import load
-from ..cosim.experiment import Coupling, time_grid
+from ..cosim.algorithm import Algorithm
+from ..cosim.coupling import Coupling
+from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.fmu import read_fmu
 from ..cosim.overview import Section, fmu_overview, set_overview, system_overview, weaknesses
 from ..cosim.problems import Place, Problems
+from ..cosim.rollback import repeatable
 from ..cosim.scenario_file import read_scenario
 from ..cosim.ssv import read_parameter_file
+from ..cosim.system import System
 from ..errors import TwipError
+from .coupling import coupling_options
 from .run import declare_experiment, pairs
 
 T = TypeVar("T")
@@ -68,10 +73,14 @@ def _check_part(path: Path, kind: str) -> int:
 def _check_system(arguments: argparse.Namespace) -> int:
     with load(arguments.file, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
         problems = Problems()
+        asked = Algorithm(**coupling_options(arguments))
         grid = _told(
-            problems, lambda: time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size)
+            problems,
+            lambda: time_grid(
+                system, arguments.start_time, arguments.stop_time, arguments.step_size, arguments.tolerance
+            ),
         )
-        coupling = _told(problems, lambda: Coupling.of(system, arguments.coupling, arguments.mid_step))
+        coupling = None if grid is None else _told(problems, lambda: _coupling(system, grid, asked))
         if grid is not None:
             scenario = read_scenario(arguments.scenario, arguments.input_file, system, grid, problems)
         if grid is not None and coupling is not None and not problems:
@@ -80,6 +89,12 @@ def _check_system(arguments: argparse.Namespace) -> int:
     problems.raise_any()
     print("it would run")
     return 0
+
+
+def _coupling(system: System, grid: TimeGrid, asked: Algorithm) -> Coupling:
+    coupling = Coupling.of(system, grid, asked.over(system.experiment.algorithm))
+    repeatable(system, coupling)
+    return coupling
 
 
 def _told(problems: Problems, make: Callable[[], T]) -> T | None:

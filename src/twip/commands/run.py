@@ -8,7 +8,6 @@ from pathlib import Path
 from signal import SIGINT
 
 from ..cosim import CsvSink, Result, load, simulate
-from ..cosim.algorithm import COUPLINGS
 from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.isolation import START_LIMIT, TIME_LIMIT
@@ -16,6 +15,7 @@ from ..cosim.log import Attachment, McapLog
 from ..cosim.record import Sink
 from ..cosim.scenario_file import files_of
 from ..errors import TwipError
+from .coupling import coupling_options, declare_coupling
 from .paths import refuse_clashes
 from .progress import progress_bar
 from .terminal import Warnings, notice, print_rows
@@ -83,62 +83,12 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.toml",
         help="time series, parameter changes and faults of connections (docs/scenarios.md); default: none",
     )
-    parser.add_argument("--coupling", choices=COUPLINGS, help="default: the system's, else jacobi")
-    parser.add_argument(
-        "--mid-step",
-        nargs="*",
-        metavar="NAME",
-        help="inputs (component.variable) that are taken at the middle of each step, none without names; "
-        "default: the system's, unless --coupling is given",
-    )
-    parser.add_argument(
-        "--order",
-        nargs="*",
-        metavar="NAME",
-        help="all components in the order of execution under gauss-seidel, none for that of their feed-through; "
-        "default: the system's, unless --coupling is given",
-    )
-    parser.add_argument(
-        "--own-step",
-        nargs="*",
-        metavar="NAME=S",
-        help="components with a step of their own in s, a whole multiple of --step-size, none without names; "
-        "default: the system's",
-    )
-    parser.add_argument(
-        "--iteration-tolerance",
-        type=float,
-        metavar="X",
-        help="iterated steps are repeated until coupling variables change by less than this, relative to magnitude or "
-        "nominal value; default: the system's, else 1e-8",
-    )
-    parser.add_argument(
-        "--maximum-iterations",
-        type=int,
-        metavar="N",
-        help="repetitions of an iterated step after which the run fails; default: the system's, else 50",
-    )
+    declare_coupling(parser)
 
 
 def declare_execution(parser: argparse.ArgumentParser) -> None:
     """Declare how it is run, and what is written."""
     parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
-    parser.add_argument(
-        "--tolerance",
-        type=float,
-        metavar="X",
-        help="variable steps, the first of --step-size: largest local error per step, relative to magnitude or nominal "
-        "value; 0 for equal steps; default: the system's, else 0",
-    )
-    parser.add_argument(
-        "--minimum-step",
-        type=float,
-        metavar="S",
-        help="smallest variable step in s; default: the system's, else a millionth of the first",
-    )
-    parser.add_argument(
-        "--maximum-step", type=float, metavar="S", help="largest variable step in s; default: the system's, else none"
-    )
     parser.add_argument(
         "--loop",
         choices=["compiled", "python"],
@@ -210,25 +160,6 @@ def pairs(values: Sequence[str]) -> dict[str, str]:
     return dict(zip(values[::2], values[1::2], strict=True))
 
 
-def own_steps(values: Sequence[str] | None) -> dict[str, float] | None:
-    """Return the steps of `--own-step a=0.01 b=0.02`."""
-    if values is None:
-        return None
-    found: dict[str, float] = {}
-    for value in values:
-        name, _, size = value.rpartition("=")
-        try:
-            step = float(size)
-        except ValueError:
-            step = None
-        if not name or step is None:
-            raise TwipError(f"--own-step {value}: must be a component and its step in s, such as {name or value}=0.01")
-        if name in found:
-            raise TwipError(f"--own-step: {name} is given more than once")
-        found[name] = step
-    return found
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Run the system, and return the exit status."""
     if arguments.no_log and arguments.log is not None:
@@ -274,15 +205,7 @@ def run(arguments: argparse.Namespace) -> int:
                 start_time=grid.start,
                 stop_time=grid.stop,
                 step_size=grid.step_size,
-                coupling=arguments.coupling,
-                mid_step=arguments.mid_step,
-                order=arguments.order,
-                own_steps=own_steps(arguments.own_step),
-                iteration_tolerance=arguments.iteration_tolerance,
-                maximum_iterations=arguments.maximum_iterations,
-                tolerance=arguments.tolerance,
-                minimum_step=arguments.minimum_step,
-                maximum_step=arguments.maximum_step,
+                **coupling_options(arguments),
                 input_file=arguments.input_file,
                 scenario=arguments.scenario,
                 sinks=sinks,

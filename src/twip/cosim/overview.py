@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import fmpy.validation
 
-from .experiment import Coupling, TimeGrid
+from .coupling import Coupling
+from .experiment import TimeGrid
 from .fmu import Fmu, Variable
 from .scenario import Scenario
 from .schedule import make_schedule
@@ -28,17 +29,16 @@ class Section:
 def system_overview(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scenario) -> list[Section]:
     """Say what a run of `system` would be."""
     driven = scenario.inputs.columns.tolist()
-    plan = make_schedule(system, coupling.name, driven, coupling.mid_step)
+    plan = make_schedule(system, coupling, driven)
     names = system.columns
     signals = [signal for channel in system.channels for signal in channel.signals]
     in_order = [system.components[i] for i in plan.order]
-    loops = [("", ", ".join(f"{c}.{v}" for c, v in loop)) for loop in plan.loops]
-    middle = f", at mid-step: {', '.join(coupling.mid_step)}" if coupling.mid_step else ""
+    loops = [("", loop) for loop in plan.loops]
     kept = unconnected(system, set(driven))
     sections = [
         Section("system", f"{system.name} ({system.file}), {len(names)} recorded variables"),
-        Section("time", f"{grid.start:g} s to {grid.stop:g} s, {grid.steps} steps of {grid.step_size:g} s"),
-        Section("coupling", coupling.name + middle),
+        Section("time", f"{grid.start:g} s to {grid.stop:g} s, {_steps(grid, coupling)}"),
+        Section("coupling", coupling.name, _coupling_lines(coupling, grid)),
         Section(
             "components", f"{len(in_order)}, in the order of evaluation", [(c.name, brief(c.fmu)) for c in in_order]
         ),
@@ -53,6 +53,21 @@ def system_overview(system: System, grid: TimeGrid, coupling: Coupling, scenario
     if entries:
         sections.append(Section("scenario", f"{len(entries)} parameter changes and faults", entries))
     return sections
+
+
+def _steps(grid: TimeGrid, coupling: Coupling) -> str:
+    if coupling.control is None:
+        return f"{grid.steps} steps of {grid.step_size:g} s"
+    return f"variable steps, the first of {grid.step_size:g} s, tolerance {coupling.control.tolerance:g}"
+
+
+def _coupling_lines(coupling: Coupling, grid: TimeGrid) -> list[tuple[str, str]]:
+    lines = [("at mid-step", name) for name in coupling.mid_step]
+    lines += [("own step", f"{name}, {count * grid.step_size:g} s") for name, count in coupling.own_steps]
+    if coupling.name == "iterated":
+        rule = coupling.iteration
+        lines.append(("iterations", f"at most {rule.maximum}, tolerance {rule.tolerance:g}"))
+    return lines
 
 
 def unconnected(system: System, driven: set[int]) -> list[tuple[str, str]]:
