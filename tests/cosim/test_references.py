@@ -217,8 +217,12 @@ def test_the_command_line_chooses_a_description_and_names_the_log_by_it(folder, 
     assert main(["run", "s.ssp", "--ssd", "VariantB", "--step-size", "0.5", "--output-file", "b.csv"]) == 0
     assert (folder / "logs" / "s-VariantB.mcap").is_file()
     assert (folder / "b.csv").read_text().splitlines()[-1].split(",")[1:] == ["4.0", "-0.5"]
-    assert main(["run", "s.ssp", "--ssd", "C", "--step-size", "0.5"]) == 1
-    assert "the archive holds no C, only SystemStructure.ssd, VariantB.ssd" in capsys.readouterr().err
+    for command in ("run", "check"):
+        assert main([command, "s.ssp", "--ssd", "C", "--step-size", "0.5"]) == 1
+        assert "the archive holds no C, only SystemStructure.ssd, VariantB.ssd" in capsys.readouterr().err
+    assert main(["check", "s.ssp", "--ssd", "VariantB", "--step-size", "0.5"]) == 0
+    assert main(["parameters", "s.ssp", "--ssd", "VariantB"]) == 0
+    assert capsys.readouterr().out.split()[-2:] == ["g.k", "8.0"]
 
 
 def test_sources_by_file_uri_and_by_relative_uri(folder):

@@ -65,13 +65,16 @@ def _check_part(path: Path, kind: str) -> int:
         parameters = read_parameter_file(path, path.name, problems)
         if parameters is not None:
             _print(set_overview(path.name, parameters))
+            if problems.warnings:
+                _print_warnings(problems.warnings)
     problems.raise_any()
     print("nothing is wrong")
     return 0
 
 
 def _check_system(arguments: argparse.Namespace) -> int:
-    with load(arguments.file, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
+    values = pairs(arguments.start_values)
+    with load(arguments.file, ssd=arguments.ssd, parameters=arguments.parameters, start_values=values) as system:
         problems = Problems()
         asked = Algorithm(**coupling_options(arguments))
         grid = _told(
