@@ -1,4 +1,4 @@
-"""Writes parameter sets (`.ssv`, SSP 1.0) that `load(parameters=...)` takes."""
+"""Writes parameter sets (`.ssv`) that `load(parameters=...)` takes: of SSP 1.0, or of 2.0 where types need it."""
 
 import pathlib
 from collections.abc import Iterable
@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from lxml import etree
 
 from ..errors import TwipError
+from .scalar_types import TYPES
 from .system import System
 from .units import BASE_UNITS, Unit
 from .values import Value, parse_value
 
+_SSP1 = ("Real", "Integer", "Boolean", "String", "Enumeration")
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
@@ -31,11 +33,12 @@ def parameters_of(system: System) -> list[Entry]:
     for component in system.components:
         given = {start.variable.name: start.value for start in component.start_values}
         for variable in component.fmu.variables.values():
-            if variable.causality != "parameter" or variable.alias_of or variable.type in ("Enumeration", "Binary"):
+            if variable.causality != "parameter" or variable.alias_of or variable.type == "Binary":
                 continue
             value = given.get(variable.name)
             if value is None and variable.start is not None:
-                value = parse_value(variable.start, variable.type)
+                value = parse_value(variable.start, variable.type, variable.items)
+            value = next((name for name, number in variable.items if number == value), value)
             if value is not None:
                 entries.append(Entry(f"{component.name}.{variable.name}", variable.type, value, variable.unit))
     return entries
@@ -43,13 +46,16 @@ def parameters_of(system: System) -> list[Entry]:
 
 def write_parameter_set(path: pathlib.Path, name: str, entries: Iterable[Entry]) -> None:
     """Write a parameter set called `name` to `path`. Raises `TwipError` when the file cannot be written."""
-    root = etree.Element(f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name}, nsmap={"ssc": SSC, "ssv": SSV})
+    entries = list(entries)
+    version = "1.0" if all(entry.type in _SSP1 for entry in entries) else "2.0"
+    root = etree.Element(f"{{{SSV}}}ParameterSet", {"version": version, "name": name}, nsmap={"ssc": SSC, "ssv": SSV})
     parameters = etree.SubElement(root, f"{{{SSV}}}Parameters")
     units: dict[str, Unit] = {}
     for entry in entries:
         parameter = etree.SubElement(parameters, f"{{{SSV}}}Parameter", {"name": entry.name})
         text = str(entry.value).lower() if isinstance(entry.value, bool) else str(entry.value)
-        value = etree.SubElement(parameter, f"{{{SSV}}}{entry.type}", {"value": text})
+        element = entry.type if version == "1.0" or entry.type not in TYPES else TYPES[entry.type].fmi3
+        value = etree.SubElement(parameter, f"{{{SSV}}}{element}", {"value": text})
         if entry.unit is not None and entry.unit.exponents is not None:
             value.set("unit", entry.unit.name)
             units[entry.unit.name] = entry.unit

@@ -1,0 +1,177 @@
+"""Model descriptions of FMI 3.0: what is read from them, and what is refused by name, with its place."""
+
+import zipfile
+
+import pytest
+from echo_fmu import compiled, echo3, echo3_description
+from ssp_writer import component, connection, system, units, write
+
+from twip.cosim import Table, check, load, simulate
+from twip.cosim.fmu import read_fmu
+from twip.cosim.parameter_file import parameters_of, write_parameter_set
+from twip.cosim.problems import Place, Problems
+
+BINARY = '<Binary name="blob_in" valueReference="9001" causality="input"><Start value="00"/></Binary>'
+BINARY_OUT = '<Binary name="blob" valueReference="9002" causality="output"/>'
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    return compiled("echo3", tmp_path_factory.mktemp("library"))
+
+
+def read(folder, library, **edits):
+    problems = Problems()
+    fmu = read_fmu(echo3(folder, library, **edits), "echo3.fmu", problems, Place("test"))
+    return fmu, problems.lines
+
+
+def line_of(text, **edits):
+    lines = echo3_description(**edits).splitlines()
+    return next(i for i, line in enumerate(lines, 1) if text in line)
+
+
+def test_variables_with_their_elements_defaults_and_aliases(tmp_path, library):
+    fmu, problems = read(tmp_path, library)
+    assert problems == []
+    table = [v for v in fmu.variables.values() if v.array == "table"]
+    assert [v.name for v in table] == [f"table[{i},{j}]" for i in (1, 2) for j in (1, 2, 3)]
+    assert [v.start for v in table] == list("012345")
+    assert {v.reference for v in table} == {6}
+    assert fmu.variables["way"].alias_of == "mode"
+    assert (fmu.variables["mode"].initial, fmu.variables["mode"].variability) == ("exact", "fixed")
+    assert (fmu.variables["out_Int8"].initial, fmu.variables["out_Int8"].variability) == ("calculated", "discrete")
+    assert fmu.variables["u"].variability == "continuous"
+    assert fmu.units["degC"].offset == 273.15
+    assert fmu.feedthrough["x"] == frozenset()
+    assert fmu.feedthrough["outs_Int8[1]"] == {f"ins_Int8[{i}]" for i in (1, 2, 3)}
+    assert len(fmu.feedthrough["sets"]) == 49
+    assert (fmu.fmi_version, fmu.saves_state, fmu.serializes_state, fmu.only_once) == ("3.0", True, True, False)
+
+
+@pytest.mark.parametrize(
+    ("variables", "kind", "said"),
+    [
+        (
+            '<Clock name="tick" valueReference="9000" causality="input" intervalVariability="triggered"/>',
+            'hasEventMode="true"',
+            "variable tick is a Clock: clocks need event mode, which is not used",
+        ),
+        (
+            '<Float64 name="late" valueReference="9000" causality="input" clocks="9001" start="0"'
+            ' variability="discrete"/>',
+            'hasEventMode="true"',
+            "variable late is clocked: clocks need event mode, which is not used",
+        ),
+        (
+            '<Float64 name="late" valueReference="9000"><Dimension valueReference="2"/></Float64>',
+            "",
+            "variable late: its size, value reference 2, is not a structural parameter",
+        ),
+        (
+            '<Float64 name="late" valueReference="9000"><Dimension start="400"/><Dimension start="400"/></Float64>',
+            "",
+            "variable late: with its 160000 elements the FMU has more than 100000 variables",
+        ),
+        (
+            '<Float64 name="late" valueReference="9000" causality="parameter" variability="fixed" start="1 2">'
+            '<Dimension start="3"/></Float64>',
+            "",
+            "variable late has 2 start values for 3 elements",
+        ),
+        ('<Float64 name="late" valueReference="3"/>', "", "value reference 3 is there twice"),
+        ('<Float64 name="u" valueReference="9000"/>', "", "variable u is there twice"),
+        ('<Float64 name="ins_Int8[2]" valueReference="9000"/>', "", "variable ins_Int8[2] is there twice"),
+        ('<Float64 name="late" valueReference="-1"/>', "", "Element 'Float64', attribute 'valueReference'"),
+        ('<Float65 name="late" valueReference="9"/>', "", "Element 'Float65': This element is not expected"),
+    ],
+)
+def test_what_cannot_be_done_is_told_with_its_line(tmp_path, library, variables, kind, said):
+    fmu, problems = read(tmp_path, library, variables=f"\n{variables}", kind=kind)
+    place = f"(echo3.fmu: modelDescription.xml line {line_of(variables[:20], variables=f'{chr(10)}{variables}')}"
+    assert fmu is None
+    assert any(line.startswith(said) and (place in line or "there twice" in line) for line in problems), problems
+
+
+def test_other_versions_and_kinds_are_refused(tmp_path, library):
+    assert read(tmp_path, library, version="3.1")[1] == [
+        "FMU echo3.fmu: FMI 3.1 is not supported, only 2.0 and 3.0 (test)"
+    ]
+    assert read(tmp_path, library, version="3.0.2")[1] == []
+    text = echo3_description().replace("CoSimulation", "ModelExchange")
+    with zipfile.ZipFile(tmp_path / "me.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", text.replace('canHandleVariableCommunicationStepSize="true"', ""))
+    problems = Problems()
+    assert read_fmu(tmp_path / "me.fmu", "me.fmu", problems, Place("test")) is None
+    assert problems.lines == ["FMU me.fmu offers no co-simulation (test)"]
+
+
+def test_binary_variables_are_left_alone_and_not_connected(tmp_path, library):
+    echo3(tmp_path, library, variables=BINARY + BINARY_OUT, structure='<Output valueReference="9002"/>')
+    with load(write(tmp_path, system([component("a", "echo3.fmu")]))) as loaded:
+        table = Table(loaded.channels)
+        result = simulate(loaded, sinks=[table], step_size=0.5, loop="python")
+    assert "a: variables of type Binary are not read or set: blob_in, blob" in result.warnings
+    parts = [component("a", "echo3.fmu", "blob<"), component("b", "echo3.fmu", "blob_in>")]
+    problems = check(write(tmp_path, system(parts, [connection("a.blob -> b.blob_in")])))
+    assert any("a.blob → b.blob_in: connections of type Binary are not supported" in line for line in problems)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("rows", 3, "rows cannot be set: it is a structural parameter, and arrays are not resized"),
+        ("way", 3, "way cannot be set: it is another name of mode"),
+        ("x", "0", ""),
+        ("out_Int8", 1, "out_Int8 cannot be set: it is a discrete output"),
+        ("mode", 21, "mode = 21 must be at most 20"),
+        ("in_Int8", 1.5, "in_Int8 = '1.5' must be a value of type Int8 (-128 to 127)"),
+        ("in_UInt64", -1, "in_UInt64 = '-1' must be a value of type UInt64 (0 to 18446744073709551615)"),
+        ("in_UInt64", 2**64 - 1, ""),
+        ("in_Float32", 1e39, "in_Float32 = '1e+39' must be a finite number within the range of Float32"),
+        ("in_Boolean", 2, "in_Boolean = '2' must be a Boolean (true or false)"),
+        ("table[2,4]", 2, "unknown parameter a.table[2,4], did you mean a.table[2,3]?"),
+    ],
+)
+def test_start_values_are_checked_by_type(tmp_path, library, name, value, said):
+    echo3(tmp_path, library)
+    problems = check(write(tmp_path, system([component("a", "echo3.fmu")])), start_values={f"a.{name}": value})
+    assert [line.split(" (component")[0].split(" (start values")[0] for line in problems] == [said] * bool(said)
+
+
+def test_temperatures_with_offsets_are_converted_between_fmus(tmp_path, library):
+    """21.5 °C is 294.65 K; the FMU's own units say so."""
+    text = echo3_description().replace('name="u" valueReference="3"', 'name="u" valueReference="3" unit="degC"')
+    other = echo3_description().replace('name="in_Float64"', 'name="in_Float64" unit="K"')
+    for name, description in (("c.fmu", text), ("k.fmu", other)):
+        with zipfile.ZipFile(tmp_path / name, "w") as archive:
+            archive.writestr("modelDescription.xml", description)
+            archive.write(library, f"binaries/x86_64-linux/{library.name}")
+    parts = [component("c", "c.fmu", "u>[degC]"), component("k", "k.fmu", "in_Float64>[K]")]
+    body = system(parts, [connection("t -> c.u"), connection("t -> k.in_Float64")], "t>:Real[degC]")
+    known = units("degC K=1 offset=273.15; K K=1")
+    path = write(tmp_path, body, tail=f'{known}<ssd:DefaultExperiment startTime="0" stopTime="1"/>')
+    with load(path, start_values={"t": 21.5}) as loaded:
+        table = Table(loaded.channels)
+        simulate(loaded, sinks=[table], step_size=0.5, loop="python")
+    assert table["c.x"][-1] == 21.5
+    assert table["k.out_Float64"][-1] == 21.5 + 273.15
+
+
+def test_parameters_of_every_type_are_listed_and_read_back(tmp_path, library):
+    more = '<Enumeration name="gear" valueReference="9000" causality="parameter" declaredType="Gear" start="-5"/>'
+    more += '<UInt64 name="big" valueReference="9001" causality="parameter" start="18446744073709551615"/>'
+    more += '<String name="label" valueReference="9002" causality="parameter"><Start value="a b"/></String>'
+    more += '<Float32 name="small" valueReference="9003" causality="parameter" start="0.1"/>'
+    echo3(tmp_path, library, variables=more)
+    path = write(tmp_path, system([component("a", "echo3.fmu")]))
+    with load(path, start_values={"a.gear": "high", "a.table[1,2]": 0.5}) as loaded:
+        entries = parameters_of(loaded)
+    values = {entry.name: entry.value for entry in entries}
+    assert values["a.gear"] == "high"
+    assert values["a.big"] == 2**64 - 1
+    assert (values["a.label"], values["a.table[1,2]"], values["a.table[2,3]"]) == ("a b", 0.5, 5.0)
+    assert "a.way" not in values
+    write_parameter_set(tmp_path / "all.ssv", "all", entries)
+    with load(path, parameters=[tmp_path / "all.ssv"]) as again:
+        assert parameters_of(again) == entries
