@@ -1,5 +1,6 @@
 """One run of a checked system: instances, values, and what has been delivered."""
 
+import contextlib
 import pathlib
 import time
 from collections.abc import Callable, Sequence
@@ -337,11 +338,12 @@ class Run:
         self.saved = self.steps
 
     def _free(self) -> None:
-        """Free all instances, the last first, and deliver their last messages."""
-        for instance in reversed(self.instances):
-            self.pool.give_back(instance, self.completed)
-        if self._isolation is not None:
-            self._isolation.close()
+        """Free all instances, the last first, also when interrupted once more, and deliver their last messages."""
+        with contextlib.ExitStack() as closing:
+            if self._isolation is not None:
+                closing.callback(self._isolation.close)
+            for instance in self.instances:
+                closing.callback(self.pool.give_back, instance, self.completed)
         for folder in self.dead:
             self.system.forget(folder)
         self.delivery.tell()
