@@ -164,8 +164,8 @@ def test_given_parameters_and_their_faults(tmp_path):
         ("plant.pitch_start", None),
         ("left.viscous_forward", "1.886e-06"),
     ]
-    assert number(log, "left", "viscous_forward") == 3e-6
-    assert number(log, "right", "viscous_forward") == 1.888e-6
+    assert number(log.metadata, "left", "viscous_forward") == 3e-6
+    assert number(log.metadata, "right", "viscous_forward") == 1.888e-6
     times = np.arange(3) / 10.0
     bad = write(tmp_path / "bad.mcap", columns(times), times, {"start values plant": {"wheel_radius": "<b>"}})
     with pytest.raises(TwipError, match=r"plant\.wheel_radius = '<b>' is no finite number"):

@@ -15,6 +15,7 @@ from ..cosim.log import Attachment, McapLog
 from ..cosim.record import Sink
 from ..cosim.scenario_file import files_of
 from ..errors import TwipError
+from ..lab.scene import scene
 from .coupling import coupling_options, declare_coupling
 from .paths import refuse_clashes
 from .progress import progress_bar
@@ -194,7 +195,8 @@ def run(arguments: argparse.Namespace) -> int:
         def sinks(grid: TimeGrid) -> list[Sink]:
             opened: list[Sink] = [Warnings()]
             if log is not None:
-                opened.append(McapLog(log, system.channels, metadata, attachments, start_time=grid.start))
+                extras = scene(system.channels, metadata)
+                opened.append(McapLog(log, system.channels, metadata, attachments, grid.start, extras=extras))
             if arguments.output_file is not None:
                 opened.append(CsvSink(arguments.output_file, system.channels))
             return opened

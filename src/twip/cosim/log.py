@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from twip.cosim import log_event, log_texts
 
 from ..errors import TwipError
+from .log_extra import ExtraChannel
+from .log_extra import declare as declare_extras
 from .log_file import Attachment, Compression, McapFile, MessageBatch, encoded
 from .log_rows import RowBlock
 from .log_schema import (
@@ -51,7 +53,8 @@ class McapLog:
     in s) and an attachment `signals.csv` that names every field; checkers want at least one of each. A chunk is written
     for every `CHUNK_ROWS` rows (fewer when rows are very wide) however the calls divide them, so a killed run loses at
     most that many. Times are kept in whole nanoseconds since `start_time` [s]. Components without recorded variables
-    get no channel. Missing folders are created, an existing file is replaced.
+    get no channel. `extras` are channels that the caller makes of the rows. Missing folders are created, an existing
+    file is replaced.
 
     Raises TwipError for a path that cannot be written, a failing disk, times out of order and values that are not of
     their type.
@@ -65,6 +68,7 @@ class McapLog:
         attachments: Sequence[Attachment] = (),
         start_time: float = 0.0,
         compression: Compression = "zstd",
+        extras: Sequence[ExtraChannel] = (),
     ) -> None:
         if compression not in get_args(Compression):
             raise TwipError(f"compression {compression!r} of the log must be one of {', '.join(get_args(Compression))}")
@@ -79,16 +83,19 @@ class McapLog:
         if twice:
             raise TwipError(f"log {str(self.path)!r}: more than one variable is named {', '.join(twice)}")
         own = {"format": FORMAT, "start_time": repr(self._start_time)}
-        schema_records, channel_records = _declare(recorded, self._texts, self._start_time)
+        schema_records, channel_records = _declare(
+            recorded, self._texts, self._start_time, [extra.topic for extra in extras]
+        )
         self._event_channel = channel_records[len(recorded)].id
         self._text_channels = [record.id for record in channel_records[len(recorded) + 1 :]]
+        extra_schemas, extra_channels, self._extras = declare_extras(extras, channel_records[-1].id + 1)
         self._file = McapFile(
             self.path,
             compression,
             {METADATA_NAME: {}, **metadata} | {METADATA_NAME: {**metadata.get(METADATA_NAME, {}), **own}},
             [Attachment(SIGNALS_NAME, "text/csv", _signal_table(recorded, channel_records)), *attachments],
-            schema_records,
-            channel_records,
+            [*schema_records, *extra_schemas],
+            [*channel_records, *extra_channels],
         )
         layouts = []
         for record, channel in zip(channel_records, recorded, strict=False):
@@ -127,6 +134,10 @@ class McapLog:
                     f"{self._columns[column]} = {rows[row, column]} at t = {times[row]} s "
                     f"is not a value of its type {self._types[column]}"
                 )
+            for extra in self._extras:
+                self._events += [
+                    (time, extra.id, record) for time, record in extra.records(nanoseconds[part], rows[part])
+                ]
             self._filled += count
             self._rows += count
             done += count
@@ -192,44 +203,43 @@ class McapLog:
         self._events = later
         ready.sort(key=lambda item: item[0])
         times = self._block.nanoseconds[:count]
+        places = np.searchsorted(times, np.array([item[0] for item in ready], np.uint64), side="right")
+        rows, size = self._block.data(count), self._block.row_size
         pieces: list[bytes | memoryview] = []
-        shift = np.zeros(count, np.int64) if ready else None
         entries: dict[int, list[tuple[int, int]]] = {}
-        position = laid = 0
-        for time, channel, record in ready:
-            row = int(np.searchsorted(times, np.uint64(time), side="right"))
-            pieces.append(self._block.data(laid, row))
-            position += len(pieces[-1])
-            entries.setdefault(channel, []).append((time, position))
-            pieces.append(record)
-            position += len(record)
+        laid = loose = 0
+        for row, (time, channel, record) in zip(places.tolist(), ready, strict=True):
+            pieces += (rows[laid * size : row * size], record)
+            entries.setdefault(channel, []).append((time, row * size + loose))
+            loose += len(record)
             laid = row
-            if shift is not None:
-                shift[row:] += len(record)
-        pieces.append(self._block.data(laid, count))
+        pieces.append(rows[laid * size :])
+        shift = None
+        if ready:
+            before_row = np.bincount(places, [len(record) for _, _, record in ready], count + 1)[:count]
+            shift = np.cumsum(before_row).astype(np.int64)
         self._filled = 0
         counts = dict.fromkeys(self._block.channel_ids, count) if count else {}
         index: list[bytes | memoryview] = []
         sizes = {}
         if counts:
-            rows_index, size = self._block.index(count, shift)
+            rows_index, bytes_each = self._block.index(count, shift)
             index.append(rows_index)
-            sizes = dict.fromkeys(counts, size)
-        for channel, places in entries.items():
-            event_index = encoded(records.MessageIndex(channel, places))
-            counts[channel] = len(places)
-            sizes[channel] = len(event_index)
-            index.append(event_index)
+            sizes = dict.fromkeys(counts, bytes_each)
+        for channel, listed in entries.items():
+            index.append(encoded(records.MessageIndex(channel, listed)))
+            counts[channel] = len(listed)
+            sizes[channel] = len(index[-1])
         if counts:
             ends = [*times[:1], *times[-1:], *(time for time, _, _ in ready)]
             self._file.write(MessageBatch(pieces, int(min(ends)), int(max(ends)), counts, index, sizes))
 
 
 def _declare(
-    channels: Sequence[Channel], texts: Sequence[TextColumns], start_time: float
+    channels: Sequence[Channel], texts: Sequence[TextColumns], start_time: float, reserved: Sequence[str]
 ) -> tuple[list[records.Schema], list[records.Channel]]:
     """Return the schema and channel records of the components, then those of the events, last those of the texts."""
-    found = topics(channel.component for channel in channels)
+    found = topics((channel.component for channel in channels), reserved)
     topic_of = [found[channel.component] for channel in channels]
     names = unique_identifiers([topic[1:] for topic in topic_of])
     numeric = [Channel(c.component, tuple(s for s in c.signals if s.type != "String")) for c in channels]
@@ -239,7 +249,7 @@ def _declare(
     ]
     about = {"twip.format": FORMAT, "twip.start_time": repr(start_time)}
     declared.append((log_event.SCHEMA_NAME, log_event.SCHEMA, EVENT_TOPIC, about))
-    taken = {EVENT_TOPIC, *topic_of}
+    taken = {EVENT_TOPIC, *topic_of, *reserved}
     name_of = dict(zip(topic_of, names, strict=True))
     for item in texts:
         of = found[item.channel.component]

@@ -78,9 +78,9 @@ class RowBlock:
             wrong += [(int(row), columns.start + int(column)) for row, column in np.argwhere(values[here] != given)[:1]]
         return min(wrong, default=None)
 
-    def data(self, first: int, last: int) -> memoryview:
-        """Return the message records of rows `first` to `last` (exclusive)."""
-        return self._data[first:last].reshape(-1).data
+    def data(self, count: int) -> memoryview:
+        """Return the message records of the first `count` rows, `row_size` bytes each."""
+        return self._data[:count].reshape(-1).data
 
     def index(self, count: int, shift: NDArray[np.int64] | None) -> tuple[memoryview, int]:
         """Return the index records of the first `count` rows and the size of one; row i lies `shift[i]` bytes late."""

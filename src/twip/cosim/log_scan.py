@@ -1,7 +1,7 @@
 """Reads the container of a log: finished files and those of killed runs, with every checksum tested.
 
-The messages of a chunk that repeat with one period (as a log's rows do) are found by comparing whole rows in numpy; any
-other chunk (an event lies between, or another tool has rewritten the file) is walked record by record.
+Messages that repeat with one period, as a log's rows do, are found by comparing whole rows in numpy; what lies between
+them (an event, a pose), or what another tool has put in another order, makes a period of its own.
 """
 
 import struct
@@ -136,48 +136,48 @@ def _take_inner(found: Scan, opcode: int, body: bytes) -> None:
 
 
 def _split(found: Scan, data: bytes, position: int) -> None:
-    """Add the records of a chunk's uncompressed data."""
-    row = _first_row(data)
-    size = sum(HEAD.size + length for _, _, length in row)
-    if row and size and len(data) % size == 0:
-        rows = np.frombuffer(data, np.uint8).reshape(-1, size)
-        heads = np.concatenate([np.arange(start, start + HEAD.size + 2) for _, start, _ in row])
-        if (rows[:, heads] == rows[0, heads]).all():
-            for channel_id, start, length in row:
-                found.bodies.setdefault(channel_id, []).append(rows[:, start + HEAD.size : start + HEAD.size + length])
-            return
-    messages: dict[tuple[int, int], list[int]] = {}
+    """Add the records of a chunk's uncompressed data, in their order."""
+    raw = np.frombuffer(data, np.uint8)
     at = 0
     while at < len(data):
-        opcode, length = HEAD.unpack_from(data, at)
-        body = at + HEAD.size
-        if body + length > len(data):
+        row = _row(data, at, position)
+        if not row:
+            opcode, length = HEAD.unpack_from(data, at)
+            _take_inner(found, opcode, data[at + HEAD.size : at + HEAD.size + length])
+            at += HEAD.size + length
+            continue
+        size = sum(HEAD.size + length for _, _, length in row)
+        heads = np.concatenate([np.arange(start, start + HEAD.size + 2) for _, start, _ in row])
+        count, window = 1, 8
+        while (more := min(window, (len(data) - at) // size - count)) > 0:
+            first = at + count * size
+            same = (raw[first : first + more * size].reshape(more, size)[:, heads] == raw[at:][heads]).all(axis=1)
+            count += more if same.all() else int(np.argmin(same))
+            if not same.all():
+                break
+            window *= 4
+        rows = raw[at : at + count * size].reshape(count, size)
+        for channel_id, start, length in row:
+            found.bodies.setdefault(channel_id, []).append(rows[:, start + HEAD.size : start + HEAD.size + length])
+        at += count * size
+
+
+def _row(data: bytes, at: int, position: int) -> list[tuple[int, int, int]]:
+    """Return (channel, start from `at`, body length) of the messages from `at` on, until a channel repeats."""
+    row: dict[int, tuple[int, int]] = {}
+    start = at
+    while start < len(data):
+        opcode, length = HEAD.unpack_from(data, start)
+        if start + HEAD.size + length > len(data):
             raise DamagedError(f"a record overruns the chunk at byte {position}")
-        if opcode == Opcode.MESSAGE:
-            (channel_id,) = struct.unpack_from("<H", data, body)
-            messages.setdefault((channel_id, length), []).append(body)
-        else:
-            _take_inner(found, opcode, data[body : body + length])
-        at = body + length
-    raw = np.frombuffer(data, np.uint8)
-    for (channel_id, length), starts in messages.items():
-        found.bodies.setdefault(channel_id, []).append(raw[np.array(starts)[:, None] + np.arange(length)])
-
-
-def _first_row(data: bytes) -> list[tuple[int, int, int]]:
-    """Return (channel, start, body length) of the messages before the first channel repeats; none if others mix in."""
-    row: list[tuple[int, int, int]] = []
-    at = 0
-    while at + HEAD.size + BODY_HEAD <= len(data):
-        opcode, length = HEAD.unpack_from(data, at)
-        (channel_id,) = struct.unpack_from("<H", data, at + HEAD.size)
-        if opcode != Opcode.MESSAGE or length < BODY_HEAD:
-            return []
-        if row and channel_id == row[0][0]:
+        if opcode != Opcode.MESSAGE:
             break
-        row.append((channel_id, at, length))
-        at += HEAD.size + length
-    return row
+        (channel_id,) = struct.unpack_from("<H", data, start + HEAD.size)
+        if channel_id in row:
+            break
+        row[channel_id] = (start - at, length)
+        start += HEAD.size + length
+    return [(channel_id, *place) for channel_id, place in row.items()]
 
 
 def _check_summary(data: bytes, position: int, footer: records.Footer) -> None:

@@ -82,12 +82,13 @@ def unique_identifiers(names: Sequence[str]) -> list[str]:
     return [found[position] for position in range(len(names))]
 
 
-def topics(components: Iterable[str]) -> dict[str, str]:
+def topics(components: Iterable[str], reserved: Iterable[str] = ()) -> dict[str, str]:
     """Return the topic of each component: `/` + name, dots as `/`; `/system` for the empty name.
 
-    Where two meet, or one meets the topic of the events, the later ones in alphabetical order get `_2`, `_3`, ….
+    Where two meet, or one meets the topic of the events or a `reserved` one, the later ones in alphabetical order get
+    `_2`, `_3`, ….
     """
-    taken = {EVENT_TOPIC}
+    taken = {EVENT_TOPIC, *reserved}
     found = {}
     for component in sorted(components):
         topic = base = "/" + (component.replace(".", "/") or "system")

@@ -14,6 +14,7 @@ from ..cosim.simulate import simulate
 from ..fmi.build import build_all
 from .metrics import judge
 from .picture import stand_up_picture
+from .scene import scene
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], N
         metadata = {**system.provenance(), "run": {"command": "twip demo", "twip": version("twip")}}
 
         def sinks(grid: TimeGrid) -> list[McapLog]:
-            return [McapLog(path, system.channels, metadata, [Attachment.file(ssp)], start_time=grid.start)]
+            extras = scene(system.channels, metadata)
+            return [McapLog(path, system.channels, metadata, [Attachment.file(ssp)], grid.start, extras=extras)]
 
         result = simulate(system, sinks=sinks, progress=progress, notice=notice)
     if result.interrupted:

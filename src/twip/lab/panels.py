@@ -116,7 +116,10 @@ def _robot(log: Playback) -> Iterator[Panel]:
         kinds = zip((title.lower(), "estimate", "reference"), KINDS, of, strict=True)
         return Panel(title, unit, tuple(line(label, role, *signal) for label, role, signal in kinds))
 
-    angle, radius = degrees(1.0), number(log, "plant", "wheel_radius")
+    def parameter(component: str, name: str) -> float:
+        return number(log.metadata, component, name, str(log.path))
+
+    angle, radius = degrees(1.0), parameter("plant", "wheel_radius")
     pitch = (("plant.pitch", angle), ("estimator.pitch", angle), ("controller.pitch_reference", angle))
     yield three("Pitch", "°", *pitch)
     error = angle * (log["estimator.pitch"] - log["plant.pitch"])
@@ -124,7 +127,7 @@ def _robot(log: Playback) -> Iterator[Panel]:
     speed = (("plant.wheel_rate", radius), ("estimator.wheel_rate", radius), ("controller.speed_reference", 1.0))
     yield three("Speed", "m/s", *speed)
     yield three("Yaw", "°", ("plant.yaw", angle), ("estimator.yaw", angle), ("controller.yaw_reference", angle))
-    supply = np.full(len(log.times), number(log, "controller", "supply_voltage"))
+    supply = np.full(len(log.times), parameter("controller", "supply_voltage"))
     limits = (Line("supply", "limit", supply), Line("−supply", "limit", -supply))
     yield Panel("Voltage", "V", (*(line(side, side, f"controller.{side}.voltage") for side in SIDES), *limits))
     yield Panel("Dry friction, while sliding", "mN·m", tuple(Line(s, s, 1e3 * friction(log, s)) for s in SIDES))

@@ -1,7 +1,7 @@
 """The parameters of a logged run, as its metadata tell them, against the robot's nominal ones."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..cosim.playback import Playback
@@ -36,13 +36,14 @@ def given(log: Playback) -> Iterator[Given]:
                 yield Given(f"{component}.{name}", value, repr(known.value), known.unit)
 
 
-def number(log: Playback, component: str, name: str) -> float:
+def number(metadata: Mapping[str, Mapping[str, str]], component: str, name: str, where: str = "") -> float:
     """Return a parameter that the run had: the one given, else the robot's nominal one, in its SI unit.
 
-    Raises TwipError when the log gives no number.
+    `metadata` is that of the run's log (or `System.provenance`), which lies `where`. Raises TwipError when it gives no
+    number.
     """
     known = _nominal(component, name)
-    text = log.metadata.get(f"start values {component}", {}).get(name)
+    text = metadata.get(f"start values {component}", {}).get(name)
     if text is None and known is not None:
         return float(known.value)
     try:
@@ -50,7 +51,8 @@ def number(log: Playback, component: str, name: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise TwipError(f"log {str(log.path)!r}: start value {component}.{name} = {text!r} is no finite number")
+        place = f"log {where!r}: " if where else ""
+        raise TwipError(f"{place}start value {component}.{name} = {text!r} is no finite number")
     return value
 
 

@@ -133,6 +133,10 @@ def _panels(
 
 def _robot(log: Playback, index: int, color: str, samples: Samples) -> dict[str, Any]:
     """Return what moves the drawn robot: angles in degrees, the wheel's in rad."""
+
+    def parameter(name: str) -> float:
+        return number(log.metadata, "plant", name, str(log.path))
+
     series = {
         "pitch": np.degrees(log["plant.pitch"]),
         "yaw": np.degrees(log["plant.yaw"]),
@@ -148,10 +152,8 @@ def _robot(log: Playback, index: int, color: str, samples: Samples) -> dict[str,
     return {
         "color": color,
         "series": {name: samples.add(index, values) for name, values in series.items()},
-        "wheel_radius": number(log, "plant", "wheel_radius"),
-        "track_width": number(log, "plant", "track_width"),
-        "height": 2.0 * number(log, "plant", "cog_height"),
-        "push_height": number(log, "plant", "push_height"),
+        **{name: parameter(name) for name in ("wheel_radius", "track_width", "push_height")},
+        "height": 2.0 * parameter("cog_height"),
     }
 
 

@@ -1,0 +1,57 @@
+"""The log in Rerun: every signal and pose arrives, the layout belongs to it, and what is wrong is said."""
+
+import re
+import subprocess
+
+import pytest
+from robot_log import robot_log, write
+
+from twip.cli import main
+from twip.errors import TwipError
+from twip.lab import rerun_view
+from twip.lab.metrics import REQUIRED
+from twip.lab.rerun_view import Place, places, recording, rerun
+
+
+def test_places_follow_the_logs_own_table(tmp_path):
+    log = robot_log(tmp_path / "robot.mcap", 0.1)
+    found = places(log)
+    assert set(found) == set(REQUIRED)
+    assert found["plant.pitch"] == Place("/plant", "twip.plant:message", "pitch")
+    assert found["controller.left.voltage"] == Place("/controller", "twip.controller:message", "left_voltage")
+
+
+def test_without_rerun_the_extra_is_named(tmp_path, monkeypatch, capsys):
+    path = robot_log(tmp_path / "robot.mcap", 0.1).path
+    monkeypatch.setattr(rerun_view.shutil, "which", lambda *_, **__: None)
+    assert main(["view", str(path)]) == 1
+    assert "pip install 'twip[view]'" in capsys.readouterr().err
+
+
+@pytest.mark.foreign
+def test_rerun_finds_every_signal_and_pose(tmp_path):
+    log = robot_log(tmp_path / "robot.mcap", 2.0)
+    path = recording(log, tmp_path / "robot.rrd")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["robot.mcap", "robot.rrd"]
+    verified = subprocess.run([rerun(), "rrd", "verify", path], capture_output=True, text=True, check=True)
+    assert "verified without error" in verified.stdout + verified.stderr
+    stats = subprocess.run([rerun(), "rrd", "stats", path], capture_output=True, text=True, check=True).stdout
+    entities = set(re.findall(r"^(/\S+): \d+$", stats, re.MULTILINE))
+    assert {f"/{name}" for name in ("plant", "left", "right", "estimator", "controller")} <= entities
+    printed = subprocess.run([rerun(), "rrd", "print", "-v", path], capture_output=True, text=True, check=True).stdout
+    for name in ("twip.plant:message", "twip.controller:message", "VisualizerInstruction:component_map"):
+        assert name in printed, name
+
+
+@pytest.mark.foreign
+def test_any_system_opens_with_plots(tmp_path):
+    log = robot_log(tmp_path / "robot.mcap", 0.1)
+    other = write(tmp_path / "other.mcap", {"a.x": log.times, "a.y": log.times}, log.times)
+    assert recording(other, tmp_path / "other.rrd").stat().st_size > 1000
+
+
+@pytest.mark.foreign
+def test_what_cannot_be_written_is_said(tmp_path):
+    log = robot_log(tmp_path / "robot.mcap", 0.1)
+    with pytest.raises(TwipError):
+        recording(log, tmp_path / "robot.mcap" / "sub" / "robot.rrd")
