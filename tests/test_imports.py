@@ -19,7 +19,7 @@ ALLOWED = {
         *("twip.cosim", "twip.errors", "twip.interrupts"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
-    "lab": {"twip", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy"},
+    "lab": {"twip", "PIL", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy"},
     "commands": {"twip", "numpy", "rich"},
 }
 """Per layer, what a module may import besides the standard library."""

@@ -19,6 +19,8 @@ COMMANDS = {
     "run": "run a system of FMUs",
     "check": "say what a system, an FMU or a parameter set is, and what is wrong with it",
     "report": "make an HTML file of a log: the moving robot, plots, metrics",
+    "plot": "draw signals of a log, for papers",
+    "animate": "draw the robot of a log as an animated picture",
     "view": "look at a log in Rerun: the robot in 3D beside plots",
     "container": "pack a system of FMUs into one FMU",
     "replay": "make an FMU that plays a log",

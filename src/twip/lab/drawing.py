@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
@@ -65,7 +66,11 @@ def look(role: str, position: int, log: int, logs: int) -> Look:
     return LOOKS.get(role, Look(PALETTE[position % len(PALETTE)], 1.3))
 
 
+UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+"""What a format would write about time and place; the same picture has the same bytes."""
 STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "twip",
+    "svg.fonttype": "none",
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -80,7 +85,7 @@ STYLE: dict[Any, Any] = {
 
 @contextmanager
 def picture(path: Path, title: str, heights: Sequence[float], width: float = 9.0, columns: int = 1) -> Iterator[Any]:
-    """Give the axes of a picture with rows of these `heights` in inches, and write it as PNG at the end.
+    """Give the axes of a picture with rows of these `heights` in inches, and write it at the end, as its ending says.
 
     With one column a list of axes, with more an array (rows, columns). Raises TwipError when it cannot be written.
     """
@@ -92,7 +97,7 @@ def picture(path: Path, title: str, heights: Sequence[float], width: float = 9.0
         yield list(axes[:, 0]) if columns == 1 else axes
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=130, metadata={"Software": None})
+            figure.savefig(path, dpi=130, metadata=UNDATED.get(path.suffix.lower()))
         except OSError as error:
             raise TwipError(f"{path}: the picture cannot be written ({error.strerror})") from None
 
@@ -110,11 +115,21 @@ def label(axes: Axes, vertical: str, horizontal: str | None = "time [s]") -> Non
     axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0)
 
 
-def robot(axes: Axes, centre: float, pitch: float) -> None:
-    """Draw the robot with its axle at `centre` m, seen from its right so that forward is to the right; pitch in rad."""
+def robot(axes: Axes, centre: float, pitch: float, turned_by: float | None = None) -> list[Artist]:
+    """Draw the robot with its axle at `centre` m, seen from its right so that forward is to the right; pitch in rad.
+
+    The wheel gets spokes `turned_by` an angle in rad, if one is given. Returns what was drawn.
+    """
     sine, cosine = np.sin(pitch), np.cos(pitch)
     corners = np.array([(-0.5, 0.1), (0.5, 0.1), (0.5, 1.0), (-0.5, 1.0)]) * (WIDTH, HEIGHT)
     turned = corners @ np.array([(cosine, -sine), (sine, cosine)]) + (centre, WHEEL)
-    axes.add_patch(Polygon(turned, closed=True, facecolor="#dfe9f3", edgecolor=BLUE, linewidth=1.2, zorder=2))
-    axes.add_patch(Circle((centre, WHEEL), WHEEL, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3))
-    axes.add_patch(Circle((centre, WHEEL), 0.006, facecolor=INK, zorder=4))
+    drawn: list[Artist] = [
+        axes.add_patch(Polygon(turned, closed=True, facecolor="#dfe9f3", edgecolor=BLUE, linewidth=1.2, zorder=2)),
+        axes.add_patch(Circle((centre, WHEEL), WHEEL, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3)),
+        axes.add_patch(Circle((centre, WHEEL), 0.006, facecolor=INK, zorder=4)),
+    ]
+    for angle in () if turned_by is None else (turned_by + k * np.pi / 3.0 for k in range(3)):
+        along = 0.86 * WHEEL * np.array([np.cos(angle), -np.sin(angle)])
+        x, y = np.array([centre, WHEEL])[:, None] + np.stack([along, -along], axis=1)
+        drawn += axes.plot(x, y, color=GREY, linewidth=0.8, zorder=3)
+    return drawn

@@ -1,18 +1,19 @@
-"""The picture of a stand-up: the robot at a row of instants, pitch, voltages and position."""
+"""The picture of a stand-up: the robot at a row of instants, pitch, voltages and place."""
 
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..cosim.playback import Playback
-from ..errors import TwipError
-from .drawing import BLUE, GREY, INK, RED, robot
+from .drawing import BLUE, GREY, INK, picture, robot
+from .panels import panels
+from .plot import draw, finish
 
 SNAPSHOTS = (-0.3, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 1.0, 3.0)
 """Instants of the drawn robots, in s after the release."""
+DRAWN = {"Pitch": 2.3, "Voltage": 1.6, "Place": 1.4}
+"""Panels and their heights in inches."""
 
 
 def _snapshots(axes: Axes, log: Playback, release: float) -> None:
@@ -29,38 +30,16 @@ def _snapshots(axes: Axes, log: Playback, release: float) -> None:
 
 
 def stand_up_picture(log: Playback, release: float, path: Path) -> None:
-    """Draw the stand-up in `log`, released at `release` s, as a PNG at `path`.
-
-    Raises TwipError when it cannot be written.
-    """
-    with mpl.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY}):
-        figure = Figure(figsize=(9, 8), layout="constrained")
-        robots, pitch, voltage, position = figure.subplots(4, 1, height_ratios=[1.4, 2.2, 1.4, 1.2])
-        pitch.sharex(position)
-        voltage.sharex(position)
-        start = np.degrees(log["plant.pitch"][0])
-        robots.set_title(f"Standing up from {start:.0f}°, time after release", loc="left", fontsize=11)
+    """Draw the stand-up in `log`, released at `release` s, to `path`; raises TwipError when it cannot be written."""
+    chosen = [panel for panel in panels(log) if panel.title in DRAWN]
+    title = f"Standing up from {np.degrees(log['plant.pitch'][0]):.0f}°, time after release"
+    with picture(path, title, [1.3, *(DRAWN[panel.title] for panel in chosen)]) as (robots, *rows):
         _snapshots(robots, log, release)
-        pitch.plot(log.times, np.degrees(log["plant.pitch"]), color=BLUE, linewidth=1.8, label="pitch")
-        pitch.plot(log.times, np.degrees(log["estimator.pitch"]), color=RED, linewidth=0.9, label="Kalman estimate")
-        pitch.axhspan(-1, 1, color=BLUE, alpha=0.08, linewidth=0)
-        pitch.set_ylabel("pitch [°]")
-        voltage.plot(log.times, log["controller.left.voltage"], color=BLUE, linewidth=0.9, label="left")
-        voltage.plot(log.times, log["controller.right.voltage"], color=RED, linewidth=0.9, label="right", alpha=0.8)
-        voltage.set_ylabel("voltage [V]")
-        position.plot(log.times, log["plant.x"], color=INK, linewidth=1.4, label="position")
-        position.set_ylabel("position [m]")
-        position.set_xlabel("time [s]")
-        for axes in (pitch, voltage, position):
+        for axes, panel in zip(rows, chosen, strict=True):
+            draw(axes, log.times, panel)
+            finish(axes, panel.title, panel.unit, last=axes is rows[-1])
             axes.axvline(release, color=GREY, linewidth=0.8, linestyle=":")
-            axes.axhline(0.0, color=GREY, linewidth=0.5)
             axes.set_xlim(log.times[0], log.times[-1])
-            axes.margins(y=0.12)
-            axes.legend(loc="best", frameon=False, ncols=2)
-        top = (release, pitch.get_ylim()[1])
-        pitch.annotate("released", top, xytext=(4, -10), textcoords="offset points", color=GREY)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=130)
-        except OSError as error:
-            raise TwipError(f"{path}: the picture cannot be written ({error.strerror})") from None
+        rows[0].axhspan(-1, 1, color=BLUE, alpha=0.08, linewidth=0)
+        top = (release, rows[0].get_ylim()[1])
+        rows[0].annotate("released", top, xytext=(4, -10), textcoords="offset points", color=GREY)

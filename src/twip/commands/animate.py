@@ -1,0 +1,42 @@
+"""`twip animate`: the robot of a log as an animated picture."""
+
+import argparse
+from pathlib import Path
+
+from ..cosim.playback import read
+from ..lab.animation import animate
+from .paths import refuse_clashes
+from .terminal import print_rows
+
+DESCRIPTION = """\
+examples:
+  twip animate logs/demo.mcap --from 0.8 --to 5 --out docs/stand_up.gif
+  twip animate logs/twip.mcap --speed 0.25 --to 2
+
+Draw the moving robot and its pitch as GIF, WebP or PNG (APNG), for pages that show pictures only."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of the robot")
+    parser.add_argument("--from", dest="start", type=float, metavar="S", help="first time in s; default: the log's")
+    parser.add_argument("--to", dest="stop", type=float, metavar="S", help="last time in s; default: the log's")
+    parser.add_argument("--rate", type=float, default=20.0, metavar="HZ", help="frames per second; default: 20")
+    parser.add_argument("--speed", type=float, default=1.0, metavar="FACTOR", help="of the motion; default: 1")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="FILE.gif, .webp or .png; default: beside the log, as .gif",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw, and return the exit status."""
+    out = arguments.out or arguments.log.with_suffix(".gif")
+    refuse_clashes([("LOG.mcap", arguments.log)], {"--out": out})
+    animate(read(arguments.log), out, arguments.start, arguments.stop, arguments.rate, arguments.speed)
+    print_rows(("picture", out), ("size", f"{out.stat().st_size / 1e3:.0f} kB"))
+    return 0

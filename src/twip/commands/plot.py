@@ -1,0 +1,48 @@
+"""`twip plot`: signals of a log as a picture for a paper."""
+
+import argparse
+from pathlib import Path
+
+from ..cosim.playback import read
+from ..lab.plot import plot
+from .paths import refuse_clashes
+from .terminal import print_rows
+
+DESCRIPTION = """\
+examples:
+  twip plot logs/twip.mcap
+  twip plot logs/twip.mcap plant.pitch estimator.pitch --degrees --out pitch.pdf
+  twip plot logs/twip.mcap 'imu.*' --out imu.svg
+  twip plot logs/twip.mcap plant.pitch --with logs/pid.mcap --out compared.png
+
+Draw signals of a log with matplotlib, those of one component and unit in one panel."""
+
+
+def declare(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.description = DESCRIPTION
+    parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of twip")
+    parser.add_argument(
+        "signals",
+        nargs="*",
+        metavar="SIGNAL",
+        help="component.variable, * and ? stand for any text and letter; default: the usual panels",
+    )
+    parser.add_argument(
+        "--with", dest="others", nargs="+", type=Path, default=[], metavar="LOG.mcap", help="logs to compare with"
+    )
+    parser.add_argument("--degrees", action="store_true", help="draw the given signals in ° where the log has rad")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="FILE.png, .svg or .pdf; default: beside the log, with the ending .png"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw, and return the exit status."""
+    out = arguments.out or arguments.log.with_suffix(".png")
+    logs = [arguments.log, *arguments.others]
+    refuse_clashes([("LOG.mcap", log) for log in logs], {"--out": out})
+    plot([read(log) for log in logs], out, arguments.signals, arguments.degrees)
+    print_rows(("plot", out))
+    return 0

@@ -1,0 +1,76 @@
+"""Pictures of logs: every format, the same bytes each time, and what cannot be drawn is said."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from PIL import Image
+from robot_log import robot_log, write
+
+from twip.cli import main
+from twip.errors import TwipError
+from twip.lab.animation import animate
+from twip.lab.drawing import look
+from twip.lab.plot import plot
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_every_format_has_the_same_bytes_each_time(tmp_path, ending):
+    log = robot_log(tmp_path / "robot.mcap", 0.5)
+    for name in ("one", "two"):
+        plot([log], tmp_path / f"{name}.{ending}", ["plant.pitch", "estimator.pitch"])
+    assert (tmp_path / f"one.{ending}").read_bytes() == (tmp_path / f"two.{ending}").read_bytes()
+
+
+def test_the_labels_are_those_of_the_signals_and_stay_text(tmp_path):
+    times = np.arange(5) / 10.0
+    log = write(tmp_path / "other.mcap", {"a.<b>": times, "a.y_{2}": times, "b.pitch": times}, times)
+    plot([log], tmp_path / "other.svg", ["a.*", "b.pitch"], in_degrees=True)
+    texts = [e.text for e in ET.parse(tmp_path / "other.svg").iter("{http://www.w3.org/2000/svg}text")]
+    assert {"<b>", "y_{2}", "pitch", "[°]", "time [s]"} <= set(texts)
+
+
+def test_peaks_of_long_logs_are_drawn(tmp_path):
+    times = np.arange(20_001) / 1000.0
+    values = np.where(np.arange(20_001) == 7_777, 3.0, 0.0)
+    log = write(tmp_path / "long.mcap", {"a.x": values}, times)
+    plot([log], tmp_path / "long.svg")
+    text = (tmp_path / "long.svg").read_text()
+    assert len(text) < 200_000
+    assert "<!-- 3 -->" in text or ">3<" in text  # the axis reaches the peak
+
+
+def test_compared_logs_keep_a_colour_each():
+    assert look("real", 0, 0, 2).color == look("estimate", 1, 0, 2).color != look("real", 0, 1, 2).color
+    assert look("left", 0, 0, 1).color != look("right", 1, 0, 1).color
+
+
+def test_the_robot_moves_in_the_animation(tmp_path):
+    log = robot_log(tmp_path / "robot.mcap", 1.5)
+    for ending in ("gif", "webp", "png"):
+        path = animate(log, tmp_path / f"robot.{ending}", 0.4, 1.0, rate=10.0)
+        with Image.open(path) as picture:
+            assert picture.n_frames == 7
+            first = picture.convert("RGB").copy()
+            picture.seek(6)
+            assert np.any(np.asarray(first) != np.asarray(picture.convert("RGB")))
+        again = animate(log, tmp_path / f"again.{ending}", 0.4, 1.0, rate=10.0)
+        assert path.read_bytes() == again.read_bytes()
+
+
+def test_what_cannot_be_drawn_is_said(tmp_path, capsys):
+    log = robot_log(tmp_path / "robot.mcap", 0.5)
+    times = np.arange(5) / 10.0
+    other = write(tmp_path / "other.mcap", {"a.x": times}, times)
+    with pytest.raises(TwipError, match=r"must be one of \.png, \.svg, \.pdf"):
+        plot([log], tmp_path / "robot.jpg")
+    with pytest.raises(TwipError, match="does not show the robot"):
+        animate(other, tmp_path / "other.gif", None, None)
+    with pytest.raises(TwipError, match="there is nothing to draw"):
+        animate(log, tmp_path / "robot.gif", 3.0, 2.0)
+    assert main(["plot", str(log.path), "plant.pich"]) == 1
+    assert "near: plant.pitch" in capsys.readouterr().err
+    assert main(["plot", str(log.path), "--out", "/proc/x.png"]) == 1
+    assert main(["plot", str(log.path), "plant.*", "--with", str(other.path)]) == 1  # `other` has no plant
+    assert main(["plot", str(log.path)]) == 0
+    assert (tmp_path / "robot.png").exists()
