@@ -1,0 +1,22 @@
+"""Our master against others, in one run on one processor."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCHMARK = Path(__file__).resolve().parents[1] / "benchmarks" / "masters.py"
+
+
+@pytest.mark.foreign
+def test_ratios_to_the_floor_and_to_other_masters():
+    """Ratios of medians; the command names each with its limit."""
+    command = [sys.executable, str(BENCHMARK), "--only", "contest", "--quick"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "MISSED" not in result.stdout
+    for peer in ("libcosim", "Ecos", "fmpy, container FMU", "fmpy simulate_ssp"):
+        rows = [line for line in result.stdout.splitlines() if line.startswith(f"| {peer} |")]
+        assert len(rows) == 2
+        assert not any(word in row for row in rows for word in ("missing", "failed"))
