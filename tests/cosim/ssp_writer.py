@@ -193,11 +193,13 @@ def edit_fmu(
     files=None,
     enums=None,
     no_output=(),
+    rename=None,
 ) -> Path:
     """Copy an FMU with attributes added to its variables, dependencies (output to inputs), unit definitions, and files.
 
     With `state` it says that its state can be serialized, which every FMU of pythonfmu can do. `enums` turns Integer
     variables into enumerations: items by variable. `no_output` takes variables out of the list of outputs.
+    `rename` gives variables other names, last of all.
     """
     with zipfile.ZipFile(source) as archive:
         contents = {entry: archive.read(entry) for entry in archive.namelist()}
@@ -233,6 +235,8 @@ def edit_fmu(
     if step_size is not None:
         place = next(i for i, child in enumerate(root) if child.tag == "ModelVariables")
         root.insert(place, etree.Element("DefaultExperiment", stepSize=str(step_size)))
+    for old, new in (rename or {}).items():
+        scalars[old].set("name", new)
     contents["modelDescription.xml"] = etree.tostring(root)
     contents.update(files or {})
     with zipfile.ZipFile(target, "w") as archive:

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from ..cosim import load
 from ..cosim.algorithm import Algorithm
 from ..cosim.coupling import Coupling
 from ..cosim.experiment import TimeGrid, time_grid
@@ -15,16 +14,17 @@ from ..cosim.problems import Place, Problems
 from ..cosim.rollback import repeatable
 from ..cosim.scenario_file import read_scenario
 from ..cosim.ssv import read_parameter_file
-from ..cosim.system import System
+from ..cosim.system import System, cannot_share_a_process
 from ..errors import TwipError
 from .coupling import coupling_options
-from .run import declare_experiment, pairs
+from .run import declare_experiment, load_system
 
 T = TypeVar("T")
 DESCRIPTION = """\
 examples:
   twip check ssp/twip.ssp
   twip check ssp/twip.ssp --scenario ssp/scenarios/bad_day.toml --parameters ssp/parameters/pid.ssv
+  twip check ssp/twip.ssp --swap controller=other.fmu --swap-map controller=other.toml
   twip check fmus/motor.fmu
   twip check ssp/parameters/pid.ssv
 
@@ -73,8 +73,7 @@ def _check_part(path: Path, kind: str) -> int:
 
 
 def _check_system(arguments: argparse.Namespace) -> int:
-    values = pairs(arguments.start_values)
-    with load(arguments.file, ssd=arguments.ssd, parameters=arguments.parameters, start_values=values) as system:
+    with load_system(arguments.file, arguments) as system:
         problems = Problems()
         asked = Algorithm(**coupling_options(arguments))
         grid = _told(
@@ -97,6 +96,8 @@ def _check_system(arguments: argparse.Namespace) -> int:
 def _coupling(system: System, grid: TimeGrid, asked: Algorithm) -> Coupling:
     coupling = Coupling.of(system, grid, asked.over(system.experiment.algorithm))
     repeatable(system, coupling)
+    if crowded := cannot_share_a_process(system):
+        raise TwipError("\n".join(crowded))
     return coupling
 
 

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from signal import SIGINT
 
-from ..cosim import CsvSink, Result, load, simulate
+from ..cosim import CsvSink, Result, System, load, simulate
 from ..cosim.checkpoint import Checkpoint
 from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.isolation import START_LIMIT, TIME_LIMIT
@@ -30,6 +30,7 @@ examples:
   twip run ssp/twip.ssp --parameters ssp/parameters/pid.ssv --log logs/pid.mcap
   twip run ssp/twip.ssp --input-file ssp/inputs/push.csv --output-file push.csv
   twip run ssp/twip.ssp --scenario ssp/scenarios/bad_day.toml
+  twip run ssp/twip.ssp --swap controller=other.fmu --swap-map controller=other.toml
   twip run ssp/twip.ssp --real-time
   twip run ssp/twip.ssp --isolate
   twip run ssp/twip.ssp --checkpoint-every 1
@@ -75,6 +76,20 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="FILE.ssv",
         help="parameter sets with names component.variable; a later one wins",
+    )
+    parser.add_argument(
+        "--swap",
+        nargs="+",
+        default=[],
+        metavar="NAME=FILE.fmu",
+        help="another FMU in a component's place; it must fit (docs/swapping.md)",
+    )
+    parser.add_argument(
+        "--swap-map",
+        nargs="+",
+        default=[],
+        metavar="NAME=FILE.toml",
+        help="how names and units of a swapped FMU differ from the system's; default: not at all",
     )
     parser.add_argument(
         "--input-file", metavar="FILE.csv", help="time series for open inputs: columns time in s, component.variable"
@@ -149,6 +164,31 @@ def declare_execution(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def load_system(path: str, arguments: argparse.Namespace) -> System:
+    """Load the system at `path` with the values and swaps of the options."""
+    return load(
+        path,
+        ssd=arguments.ssd,
+        parameters=arguments.parameters,
+        start_values=pairs(arguments.start_values),
+        swap=swaps("--swap", arguments.swap),
+        swap_map=swaps("--swap-map", arguments.swap_map),
+    )
+
+
+def swaps(option: str, values: Sequence[str]) -> dict[str, str]:
+    """Return the files by component of `--swap a=b.fmu c=d.fmu`."""
+    found: dict[str, str] = {}
+    for text in values:
+        name, equals, file = text.partition("=")
+        if not (name and equals and file):
+            raise TwipError(f"{option} {text}: a component and a file are needed, such as controller=other.fmu")
+        if name in found:
+            raise TwipError(f"{option}: {name} is given more than once")
+        found[name] = file
+    return found
+
+
 def pairs(values: Sequence[str]) -> dict[str, str]:
     """Return the name-value pairs of `--start-values a 1 b 2`."""
     if len(values) % 2:
@@ -165,8 +205,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the system, and return the exit status."""
     if arguments.no_log and arguments.log is not None:
         raise TwipError(f"--log {arguments.log} and --no-log exclude each other")
-    values = pairs(arguments.start_values)
-    with load(arguments.ssp, ssd=arguments.ssd, parameters=arguments.parameters, start_values=values) as system:
+    with load_system(arguments.ssp, arguments) as system:
         grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size, arguments.tolerance)
         variant = "" if arguments.ssd is None else f"-{Path(arguments.ssd).stem}"
         unresumed = default = Path("logs") / f"{Path(arguments.ssp).stem}{variant}"
@@ -180,6 +219,8 @@ def run(arguments: argparse.Namespace) -> int:
         scenario = [] if arguments.scenario is None else files_of(arguments.scenario)
         reads += [("--input-file", arguments.input_file), *(("--scenario", file) for file in scenario)]
         writes = {"--log": log, "--output-file": arguments.output_file, "--checkpoint": checkpoint}
+        swapped = [*swaps("--swap", arguments.swap).values(), *swaps("--swap-map", arguments.swap_map).values()]
+        reads += [("--swap", file) for file in swapped]
         refuse_clashes(reads, writes)
         refuse_clashes([("--resume", arguments.resume)], {**writes, "--checkpoint": None})
         metadata = {
@@ -188,7 +229,7 @@ def run(arguments: argparse.Namespace) -> int:
         }
         attachments = [
             Attachment.file(Path(p))
-            for p in (arguments.ssp, *arguments.parameters, arguments.input_file, *scenario)
+            for p in (arguments.ssp, *arguments.parameters, arguments.input_file, *scenario, *swapped)
             if p and Path(p).is_file()
         ]
 

@@ -16,6 +16,8 @@ from .references import DEFAULT_SSD, References
 from .source import Location, read_file
 from .ssd import read_description
 from .structure import components_of
+from .swap import Swaps
+from .swap_map import read_swap_map
 from .system import System, cannot_share_a_process
 from .values import Value
 from .wiring import report_shared_names, wire
@@ -30,15 +32,17 @@ def load(
     parameters: Sequence[PathLike] = (),
     start_values: Mapping[str, Value] | None = None,
     swap: Mapping[str, PathLike] | None = None,
+    swap_map: Mapping[str, PathLike] | None = None,
 ) -> System:
     """Read and check a system, without running code of any FMU.
 
     `path` is a `.ssp` archive, an unpacked folder or a bare `.ssd`. `ssd` names one of several descriptions in an
     archive or folder; the default is `SystemStructure.ssd`. `parameters` are further parameter sets (`.ssv`)
     that address `component.variable`; `start_values` do so too and win over them. `swap` replaces the FMU of a
-    component by another file. Raises `TwipError` with one line per problem.
+    component by another file, which must fit; `swap_map` names a file by component that says how names and units differ
+    (docs/swapping.md). Raises `TwipError` with one line per problem.
     """
-    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {})
+    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {}, swap_map or {})
     problems.raise_any()
     if system is None:
         raise TwipError(f"{path}: cannot be loaded")
@@ -52,9 +56,10 @@ def check(
     parameters: Sequence[PathLike] = (),
     start_values: Mapping[str, Value] | None = None,
     swap: Mapping[str, PathLike] | None = None,
+    swap_map: Mapping[str, PathLike] | None = None,
 ) -> list[str]:
     """Return the problems that `load` would raise, one line each; an empty list when the system would run."""
-    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {})
+    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {}, swap_map or {})
     return problems.lines + ([] if system is None else cannot_share_a_process(system))
 
 
@@ -64,6 +69,7 @@ def _load(
     parameters: Sequence[PathLike],
     start_values: Mapping[str, Value],
     swap: Mapping[str, PathLike],
+    swap_map: Mapping[str, PathLike],
 ) -> tuple[System | None, Problems]:
     problems = Problems()
     workspace = Workspace()
@@ -88,10 +94,15 @@ def _load(
     components = components_of(top)
     if not components:
         problems.add(f"system {top.name} has no components", top.place)
-    fmus = read_fmus(components, {name: pathlib.Path(file) for name, file in swap.items()}, problems)
+    others = {name: pathlib.Path(file) for name, file in swap.items()}
+    maps = {name: read_swap_map(pathlib.Path(file), problems) for name, file in swap_map.items()}
+    swaps = Swaps(top, components, others, maps, problems)
+    fmus = swaps.fit(read_fmus(components, others, problems), sources)
     expand_arrays(top, fmus, problems)
     wiring = wire(top, fmus, components, problems)
-    assignments = parametrize(top, fmus, wiring, [pathlib.Path(p) for p in parameters], start_values, sources, problems)
+    swaps.refuse_loops(wiring, fmus)
+    files = [pathlib.Path(p) for p in parameters]
+    assignments = parametrize(top, fmus, wiring, files, start_values, sources, problems, swaps.units)
     return assemble(description, fmus, wiring, assignments, sources, problems, workspace), problems
 
 

@@ -47,6 +47,8 @@ class Assignments:
     fmus: Mapping[str, Fmu]
     wiring: Wiring
     problems: Problems
+    units: Mapping[Key, Unit]
+    """Of values in the system's description that have none, where it is not that of the variable."""
     variables: dict[Key, StartValue] = field(default_factory=dict)
     connectors: dict[Key, float] = field(default_factory=dict)
     """Values given to system connectors, in the connector's unit."""
@@ -111,6 +113,8 @@ class Assignments:
             if scope.from_caller:
                 self.callers[key] = place
             unit = lookup(parameter.unit, parameters.units, scope.units)
+            if unit is None and not scope.from_caller:
+                unit = self.units.get(key)
             if unit is not None and unit.exponents is None and key[0] in self.fmus:
                 unit = lookup(unit.name, self.fmus[key[0]].units)
             written = Written(parameter.text, parameter.type, unit, place)

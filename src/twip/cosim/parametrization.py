@@ -10,10 +10,12 @@ from collections.abc import Mapping, Sequence
 
 from .bindings import fetch
 from .fmu import Fmu, file_fingerprint
+from .links import Key
 from .parameters import Assignments, Scope
 from .problems import Problems
 from .ssv import read_parameter_file
 from .structure import Binding, ComponentElement, SystemElement, components_of, systems_of
+from .units import Unit
 from .values import Value
 from .wiring import Wiring
 
@@ -28,11 +30,15 @@ def parametrize(
     start_values: Mapping[str, Value],
     sources: Sources,
     problems: Problems,
+    units: Mapping[Key, Unit],
 ) -> Assignments:
-    """Return what every variable is set to; the files that values come from are entered in `sources`."""
+    """Return what every variable is set to; the files that values come from are entered in `sources`.
+
+    `units` are those of values in the description that have none, where they are not the variable's.
+    """
     usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
     complete = len(usable) == len(fmus)
-    assignments = Assignments(usable, wiring, problems)
+    assignments = Assignments(usable, wiring, problems, units)
     scopes: list[tuple[str, ComponentElement | SystemElement]] = [
         (path, element) for path, element in components_of(system).items() if path in usable
     ]
