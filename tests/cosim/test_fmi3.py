@@ -311,3 +311,33 @@ def test_parameters_of_every_type(c_folder, loop):
     assert table["a.out_Boolean"][-1] == 1.0
     assert table["a.out_Float32"][-1] == np.float32(0.1)
     assert table["a.outs_Float64[3]"][-1] == 1.0
+
+
+def test_scenarios_of_every_type(c_folder, loop):
+    wires = [
+        connection("a.out_String -> b.ins_String[2]"),
+        connection("a.out_Int64 -> b.in_Int64"),
+        connection("a.out_Float32 -> b.in_Float32"),
+    ]
+    path = write(c_folder, system([echo("a"), echo("b")], wires))
+    faults = {"b.ins_String[2]": '"ünï"', "b.in_Int64": "-9007199254740992", "b.in_Float32": "0.5"}
+    text = '[inputs]\n"a.in_String" = [[0, "one"], [0.25, "two"]]\n"a.in_Int64" = [[0, 7]]\n'
+    text += '[[faults]]\nsignal = "a.out_String"\nkind = "dropout"\nstart = 0.25\n'
+    for signal, value in faults.items():
+        text += f'[[faults]]\nsignal = "{signal}"\nkind = "stuck"\nvalue = {value}\nstart = 0.5\nstop = 0.75\n'
+    (c_folder / "s.toml").write_text(text, encoding="utf-8")
+    options = {"loop": loop, "scenario": c_folder / "s.toml", "coupling": "gauss-seidel"}
+    table, _ = run(path, **options)
+    stuck = slice(5, 7)
+    assert table["b.ins_String[2]"][stuck].tolist() == ["ünï"] * 2
+    assert table["b.ins_String[2]"][7:].tolist() == ["one"] * 2
+    assert table["b.in_Int64"].tolist() == [7.0] * 5 + [-(2.0**53)] * 2 + [7.0] * 2
+    assert table["b.in_Float32"][stuck].tolist() == [0.5] * 2
+    assert "fault begins: b.ins_String[2] is stuck at 'ünï'" in [e.text for e in table.events]
+    file = c_folder / "x.checkpoint"
+    run(path, **options, stop_time=0.625, checkpoint=file)
+    rest, _ = run(path, **options, stop_time=1.0, resume=file)
+    assert rest.values.tobytes() == table.values[5:].tobytes()
+    (c_folder / "s.toml").write_text('[[faults]]\nsignal = "b.ins_String[2]"\nkind = "delay"\ndelay = 0.25\n')
+    with pytest.raises(TwipError, match="a String cannot be delayed"):
+        run(path, **options)

@@ -10,6 +10,7 @@ from .problems import Place
 from .record import Signal
 from .scenario import Fault, point_of
 from .scenario_entries import Entries, typed
+from .texts import number_of
 from .toml_file import shown
 from .value_types import family
 
@@ -62,9 +63,11 @@ class FaultEntries(Entries):
         if len(self.problems.lines) > before or not isinstance(seed, int):
             return None
         unit = {"delay": "s", "dropout": ""}.get(kind, self._signal(column).unit or "")
+        is_text = kind == "stuck" and self._signal(column).type == "String"
+        text = "" if size is None else shown(entry[key]) if is_text else f"{size!r} {unit}".rstrip()
         delay = round(size / self.grid.step_size) if kind == "delay" and size is not None else 0
         signal = self.names[column]
-        return Fault(label, signal, kind, unit, size, seed, targets, (times[0], times[1]), first, last, delay)
+        return Fault(label, signal, kind, text, size, seed, targets, (times[0], times[1]), first, last, delay)
 
     def _signal(self, column: int) -> Signal:
         return [signal for channel in self.system.channels for signal in channel.signals][column]
@@ -117,7 +120,7 @@ class FaultEntries(Entries):
             return 1.0 if kind == "dropout" else None
         given = entry[key]
         value = typed(given, type_ if kind == "stuck" else "Real")
-        size = None if value is None or isinstance(value, str) else float(value)
+        size = None if value is None else number_of(value) if isinstance(value, str) else float(value)
         rule = {"stuck": RULES[type_], "dropout": "a probability above 0, at most 1"}.get(kind, RULES["Real"])
         if kind in ("noise", "delay"):
             rule = "a positive number"

@@ -73,6 +73,12 @@ class Faults:
         for delay in self._delays:
             delay.history = np.full(delay.fault.delay, row[delay.destination])
 
+    def hidden(self, columns: Sequence[int]) -> list[int]:
+        """Return the hidden columns that hold values on their way to one of `columns`."""
+        return [
+            c for failing in self._failing if failing.destination in columns for c in (failing.arrived, failing.past)
+        ]
+
     @property
     def memory(self) -> NDArray[np.float64]:
         """What a checkpoint must keep beside the row: the histories, one after the other."""

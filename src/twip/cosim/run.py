@@ -105,6 +105,7 @@ class Run:
                 )
         types = [signal.type for channel in system.channels for signal in channel.signals]
         self._texts = [i for i, type_ in enumerate(types) if type_ == "String"]
+        self._texts += self.faults.hidden(self._texts)
         self.delivered = self.completed = False
         self.saved: int | None = None
         self._identity = identify(system, grid, self.coupling, self.scenario)

@@ -26,8 +26,8 @@ class Fault:
     """The output whose connections fail, or the input whose connection fails."""
     kind: str
     """`stuck`, `bias`, `noise`, `dropout` or `delay`."""
-    unit: str
-    """Of `size`; empty without one."""
+    text: str
+    """`size` in words, with its unit; empty without one."""
     size: float | None
     """Value (`stuck`, None for the last one), added value (`bias`), standard deviation (`noise`), probability that a
     value is lost (`dropout`), or time (`delay`, s).
@@ -45,7 +45,7 @@ class Fault:
     """In steps."""
 
     def __str__(self) -> str:
-        size = "" if self.size is None else f"{self.size!r}{f' {self.unit}' if self.unit else ''}"
+        size = self.text
         return {
             "stuck": f"{self.signal} is stuck at {size or 'its last value'}",
             "bias": f"{self.signal} is biased by {size}",

@@ -13,6 +13,7 @@ from .scenario import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .source import is_special
 from .system import System
+from .texts import number_of
 from .toml_file import TomlFile, number, shown
 from .values import StartValue, out_of_range
 
@@ -119,7 +120,7 @@ class _Reader(Entries):
             if read is None:
                 self.problems.add(f"inputs.{name}[{i}] = {shown(value)} must be {RULES[target.type]}", place)
             if at is not None and read is not None:
-                table.append((at, float(read)))
+                table.append((at, number_of(read) if isinstance(read, str) else float(read)))
         return series_of([target], table) if len(self.problems.lines) == before else None
 
     def _change(self, index: int, entry: Mapping[str, object]) -> ParameterChange | None:
