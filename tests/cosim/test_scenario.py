@@ -195,6 +195,13 @@ EVERYTHING = (
 )
 
 
+def test_isolated_components_get_the_same(path):
+    text = EVERYTHING.replace('kind = "noise"', 'kind = "bias"').replace("deviation", "value")
+    tables = [run(path, text, isolate=isolate, loop="python")[0] for isolate in (False, True)]
+    assert tables[0].values.tobytes() == tables[1].values.tobytes()
+    assert tables[0].events == tables[1].events
+
+
 @pytest.mark.parametrize("at", [0.125, 1.5, 2.0])
 def test_a_resumed_run_is_the_uninterrupted_one(path, loop, at):
     file, saved_by = path.parent / "half", "python" if loop == "compiled" else "compiled"
@@ -329,6 +336,33 @@ def test_a_connector_without_time_series_carries_nothing_that_could_fail(folder)
         table = Table(loaded.channels)
         simulate(loaded, step_size=STEP, sinks=[table], scenario=folder / "s.toml")
     assert table["a.x"][-1] == 0.5 * 2.0 + 0.5 * 3.0
+
+
+def test_a_loop_with_a_fault_is_solved(fmus, tmp_path):
+    """a.y = 2 (b.y / 8 + bias) and b.y = 2 (a.y / 8 + 1), so that b.y (1 - 1/16) = 2 + bias / 2."""
+    gain = edit_fmu(fmus / "CosimGain.fmu", tmp_path / "g.fmu", dependencies=DEPENDS["CosimGain"], state=True).name
+    parts = [component(name, gain, "u> y<") for name in "ab"]
+    wires = [connection("b.y -> a.u", linear(factor=0.125)), connection("a.y -> b.u", linear(factor=0.125, offset=1))]
+    (tmp_path / "s.toml").write_text(fault("bias", "a.u", value=3, start=0.5))
+    options = {"step_size": 0.25, "coupling": "iterated", "scenario": tmp_path / "s.toml"}
+    result = simulate(load(write(tmp_path, system(parts, wires))), **options)
+    expected = np.array([2.0, 2.0, 2.0, 3.5, 3.5]) / 0.9375
+    np.testing.assert_allclose(result["b.y"], expected, rtol=1e-8)  # the iteration's tolerance
+    wires[0] = connection("b.y -> a.u", linear(factor=3))
+    (tmp_path / "s.toml").write_text(fault("noise", "a.u", deviation=3, start=0.5))
+    with pytest.raises(TwipError, match="does not converge"):
+        simulate(load(write(tmp_path, system(parts, wires))), **options, maximum_iterations=1)
+
+
+def test_components_with_steps_of_their_own_take_faults_at_their_turn(path):
+    # g takes part in every second step: the delay of two steps is one of its own
+    text = fault("delay", delay=0.25) + fault("bias", "h.u", value=8, **ONE_TO_TWO)
+    table, _ = run(path, text, own_steps={"g": 0.25}, loop="python")
+    compiled, _ = run(path, text, own_steps={"g": 0.25}, loop="compiled")
+    assert table.values.tobytes() == compiled.values.tobytes()
+    turns = TIMES[::2]
+    assert table["g.u"][::2].tolist() == np.maximum(turns - 0.25, 0.0).tolist()
+    assert table["h.u"].tolist() == (2.0 * TIMES + np.where(DURING, 8.0, 0.0)).tolist()
 
 
 def test_mutated_files_end_without_a_traceback(path):

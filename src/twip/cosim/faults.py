@@ -159,6 +159,8 @@ def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
     columns, stages = schedule.columns + 2 * len(failing), first[schedule.stage_copies]
     repeated["mappings"] = {int(first[copy]): mapping for copy, mapping in schedule.mappings.items()}
     repeated["labels"] = tuple(label for label, n in zip(schedule.labels, lengths, strict=True) for _ in range(n))
+    repeated["names"] = schedule.names + tuple(schedule.names[item.destination] for item in failing for _ in range(2))
+    repeated["nominal"] = np.concatenate([schedule.nominal, np.zeros(2 * len(failing))])
     plan = dataclasses.replace(schedule, columns=columns, stage_copies=stages, **repeated)
     for at, end in zip(first.tolist(), ends, strict=False):
         chain = chains.get(end, [])
