@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 from lxml import etree
@@ -36,7 +35,7 @@ def test_the_log_holds_every_value_that_was_computed(built, tmp_path):
 
 
 def test_the_robot_survives_a_bad_day(built, tmp_path):
-    scenario = Path(__file__).parents[1] / "ssp" / "scenarios" / "bad_day.toml"
+    scenario = built / "ssp" / "scenarios" / "bad_day.toml"
     log = tmp_path / "log.mcap"
     command = [*TWIP, "run", str(built / "ssp" / "twip.ssp"), "--scenario", str(scenario), "--log", str(log)]
     subprocess.run([*command, "--real-time", "20"], check=True, capture_output=True, timeout=120)

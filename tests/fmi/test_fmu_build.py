@@ -148,7 +148,7 @@ def test_everything_is_built(built):
 
 
 def test_loose_parameter_sets_and_inputs_lie_beside_the_systems(built):
-    loose = [p for p in (ROOT / "ssp").rglob("*") if p.suffix in (".ssv", ".csv")]
+    loose = [p for p in (ROOT / "ssp").rglob("*") if p.suffix in (".ssv", ".csv", ".toml")]
     loose = [p for p in loose if not any((f / "SystemStructure.ssd").is_file() for f in p.parents)]
     assert loose
     for path in loose:

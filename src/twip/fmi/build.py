@@ -15,8 +15,8 @@ from .ssp_package import needed_fmus, package_system, system_folders
 
 REFUSED = 3
 """Exit status of the build of one block when it has said why; any other but 0 is a crash."""
-LOOSE = (".ssv", ".csv", ".ssm")
-"""Endings of the parameter sets, inputs and mappings that belong to no system and lie beside them."""
+LOOSE = (".ssv", ".csv", ".ssm", ".toml")
+"""Endings of the parameter sets, inputs, mappings and scenarios that belong to no system and lie beside them."""
 
 
 def build_all(
