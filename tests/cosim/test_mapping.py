@@ -122,6 +122,24 @@ def test_a_value_that_is_no_item_at_the_start_is_a_failure_before_the_run(folder
     assert str(failure.value) == "a.total → b.n failed at t = 0 s: 0 is no item of the enumeration, and not mapped"
 
 
+def test_a_run_with_mappings_is_resumed_bit_for_bit_and_only_with_the_same_tables(folder, loop):
+    fmu = edit_fmu(folder / MIXED, folder / "s.fmu", state=True).name
+    parts = [component("a", fmu, "n> total<"), component("b", fmu, "n> total<")]
+
+    def with_table(table):
+        return write(folder, system(parts, [connection("a.total -> b.n", mapping("Integer", table))]))
+
+    file = folder / "c"
+    path = with_table({3: -7, 6: 5})
+    with load(path) as loaded:
+        simulate(loaded, stop_time=1.0, step_size=0.5, checkpoint=file, loop=loop)
+        resumed = simulate(loaded, stop_time=2.0, step_size=0.5, resume=file, loop=loop)
+        whole = simulate(loaded, stop_time=2.0, step_size=0.5, loop=loop)
+    assert resumed.values == whole.values
+    with load(with_table({3: -7, 6: 4})) as loaded, pytest.raises(TwipError, match=r"connection to b\.n differs"):
+        simulate(loaded, stop_time=2.0, step_size=0.5, resume=file, loop=loop)
+
+
 def problems_of(folder, wire, **options):
     return [p.split(" (Sys")[0] for p in check(write(folder, two(folder, wires=[wire], **options)))]
 

@@ -204,10 +204,29 @@ def test_what_is_not_supported_is_named(folder, body, tail, message):
     assert any(p.startswith(message) and "SystemStructure.ssd line " in p for p in problems), problems
 
 
-def test_annotations_of_others_and_geometry_are_ignored(folder):
+def warnings_of(path):
+    assert check(path) == []
+    with load(path) as loaded:
+        return [w.split(" (")[0] for w in loaded.warnings]
+
+
+def test_annotations_of_others_are_ignored_with_a_warning_and_geometry_without(folder):
     other = '<ssd:Annotations><ssc:Annotation type="com.other"><z xmlns="z"/></ssc:Annotation></ssd:Annotations>'
     geometry = '<ssd:ElementGeometry x1="0" y1="0" x2="1" y2="1"/>'
-    assert check(write(folder, system([component("a", GAIN, "u>", geometry + other)]))) == []
+    path = write(folder, system([component(name, GAIN, "u>", geometry + other) for name in "ab"]))
+    assert warnings_of(path) == ["annotations of type com.other are ignored"]
+
+
+@pytest.mark.parametrize("schema", [True, False])
+def test_meta_data_and_signatures_are_ignored_with_a_warning(folder, monkeypatch, schema):
+    if not schema:
+        monkeypatch.setattr("twip.cosim.schemas.schema_folder", lambda _: None)
+    more = '<ssc:MetaData kind="quality" type="text/plain" source="a.txt"/>'
+    more += '<ssc:Signature role="authenticity" type="text/plain"><ssc:Content/></ssc:Signature>'
+    path = write(folder, system([component("a", GAIN, "u>", more)]), version="2.0")
+    assert warnings_of(path) == ["MetaData of Component is ignored", "Signature of Component is ignored"]
+    if schema:  # they are no part of version 1, whose schemas are always there
+        assert check(write(folder, system([component("a", GAIN, "u>", more)]))) != []
 
 
 def test_all_problems_come_together(folder):
@@ -257,6 +276,13 @@ def test_one_dotted_name_for_two_elements(folder):
     assert f"a.b is the name of two elements (SystemStructure.ssd line {line})" in check(path)
 
 
-def test_an_unknown_version_is_refused(folder):
-    path = write(folder, ONE_GAIN, version="3.0")
-    assert check(path) == ["version 3.0 of the format is not supported (SystemStructure.ssd line 1)"]
+def test_versions(folder):
+    assert check(write(folder, ONE_GAIN, version="3.0")) == [
+        "version 3.0 of the format is not supported (SystemStructure.ssd line 1)"
+    ]
+    assert check(write(folder, ONE_GAIN, version="")) == ["there is no version (SystemStructure.ssd line 1)"]
+    assert check(write(folder, ONE_GAIN, version="Draft20180219")) != []
+    assert warnings_of(write(folder, ONE_GAIN, version="1.0")) == []
+    assert warnings_of(write(folder, ONE_GAIN, version="2.0")) == []
+    assert warnings_of(write(folder, ONE_GAIN, version="1.1")) == ["version 1.1 of the format is read as 1.0"]
+    assert warnings_of(write(folder, ONE_GAIN, version="2.1")) == ["version 2.1 of the format is read as 2.0"]
