@@ -7,7 +7,7 @@ import ctypes
 import math
 from dataclasses import dataclass
 
-from .value_types import family
+from .value_types import family, limits
 
 EXACT = 2**53
 """The whole numbers from minus this to this are float64 numbers."""
@@ -24,22 +24,21 @@ class ScalarType:
     maximum: int = 0
 
 
-def _integer(name: str, bits: int, signed: bool) -> ScalarType:
-    high = 2 ** (bits - signed) - 1
-    return ScalarType(name, -high - 1 if signed else 0, high)
+def _integer(name: str) -> ScalarType:
+    return ScalarType(name, *limits(name))
 
 
 TYPES = {
     "Real": ScalarType("Float64"),
     "Float32": ScalarType("Float32"),
-    "Int8": _integer("Int8", 8, True),
-    "UInt8": _integer("UInt8", 8, False),
-    "Int16": _integer("Int16", 16, True),
-    "UInt16": _integer("UInt16", 16, False),
-    "Integer": _integer("Int32", 32, True),
-    "UInt32": _integer("UInt32", 32, False),
-    "Int64": _integer("Int64", 64, True),
-    "UInt64": _integer("UInt64", 64, False),
+    "Int8": _integer("Int8"),
+    "UInt8": _integer("UInt8"),
+    "Int16": _integer("Int16"),
+    "UInt16": _integer("UInt16"),
+    "Integer": _integer("Int32"),
+    "UInt32": _integer("UInt32"),
+    "Int64": _integer("Int64"),
+    "UInt64": _integer("UInt64"),
     "Boolean": ScalarType("Boolean", 0, 1),
     "String": ScalarType("String"),
 }
