@@ -1,7 +1,10 @@
 """Array connectors and array parameters of SSP 2.0: one connector, one value per element."""
 
+import re
+
+import fmpy
 import pytest
-from echo_fmu import compiled, echo3
+from echo_fmu import compiled, echo3, echo3_description, pack
 from ssp_writer import bind, component, connection, linear, parameter_set, system, write
 
 from twip.cosim import Table, check, load, simulate
@@ -98,6 +101,23 @@ def test_types_that_lose_something_are_refused(tmp_path, libraries, source, targ
     assert said(path) == [
         f"a.outs_{source}[{i}] → b.ins_{target}[{i}]: types differ ({names[0]}, {names[1]})" for i in (1, 2, 3)
     ]
+
+
+def test_other_names_of_a_variable_are_connected_as_the_variable(tmp_path, libraries, loop):
+    text = echo3_description()
+    for name in ("in_Float64", "out_Float64", "ins_Float64", "outs_Float64"):
+        text = re.sub(rf'(<Float64 name="{name}" .*?)(</Float64>)', rf'\1<Alias name="other_{name}"/>\2', text)
+    pack(tmp_path / "alias.fmu", libraries["echo3"], text, fmpy.platform_tuple)
+    a = element("a", "alias.fmu", port("other_out_Float64", "output"), port("other_outs_Float64", "output", 3))
+    b = element("b", "alias.fmu", port("other_in_Float64", "input"), port("other_ins_Float64", "input", 3))
+    wires = ["a.other_out_Float64 -> b.other_in_Float64", "a.other_outs_Float64 -> b.other_ins_Float64"]
+    path = write(tmp_path, system([a, b], [connection(w) for w in wires]), version="2.0")
+    values = {"a.in_Float64": 7.0} | {f"a.ins_Float64[{i}]": float(i) for i in (1, 2, 3)}
+    with load(path, start_values=values) as loaded:
+        last = simulate(loaded, step_size=0.5, loop=loop).values
+    assert last["b.out_Float64"] == 7.0
+    assert [last[f"b.outs_Float64[{i}]"] for i in (1, 2, 3)] == [1.0, 2.0, 3.0]
+    assert len(check(path, start_values={"b.in_Float64": 1.0, "b.ins_Float64[2]": 1.0})) == 2  # they are connected
 
 
 def test_an_array_of_strings_has_one_element_per_value(tmp_path, libraries, loop):

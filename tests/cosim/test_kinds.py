@@ -108,6 +108,13 @@ def test_a_parameter_of_the_system_feeds_parameters_and_inputs(folder, loop):
     assert table["m.total"].tolist() == [0.0, 7.0, 14.0]
 
 
+def test_a_structural_parameter_of_the_system_feeds_parameters_and_inputs(folder, loop):
+    ports = f"<ssd:Connectors>{connector('p', 'structuralParameter')}</ssd:Connectors>"
+    wires = [connection("p -> a.k"), connection("p -> a.u", linear(2))]
+    body = system([component("a", GAIN, "u> k* y<")], wires, "", ports + bind({"p": ("Real", 3)}))
+    assert run(write(folder, body, version="2.0"), loop)["a.y"].tolist() == [18.0] * 3
+
+
 def test_an_output_of_the_system_that_shows_a_parameter_is_told_and_not_recorded(folder):
     body = system([component("a", GAIN)], [connection("p -> w")], "p*:Real w<:Real", bind({"p": ("Real", 3)}))
     with load(write(folder, body)) as loaded:

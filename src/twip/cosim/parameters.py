@@ -59,13 +59,10 @@ class Assignments:
         self._names: dict[str, list[tuple[Key, Variable | Port]]] = {}
         for path, fmu in self.fmus.items():
             for variable in fmu.variables.values():
-                self._enter((path, variable.name), variable)
+                self._names.setdefault(f"{path}.{variable.name}", []).append(((path, variable.name), variable))
         for key, port in self.wiring.ports.items():
             if port.variable is None and not port.shared:
-                self._enter(key, port)
-
-    def _enter(self, key: Key, target: Variable | Port) -> None:
-        self._names.setdefault(full_name(key), []).append((key, target))
+                self._names.setdefault(full_name(key), []).append((key, port))
 
     def continued(self, problems: Problems) -> "Assignments":
         """Return assignments that begin with these and may take more, with `problems` of their own."""
@@ -249,11 +246,11 @@ class Assignments:
         Those of the system's description may stay: where an initial value is sought, they are where it begins.
         """
         for key, place in self.callers.items():
-            link, port = self.wiring.links.get(key), self.wiring.ports.get(key)
-            if link is None or port is None:
+            link = self.wiring.links.get(key)
+            if link is None:
                 continue
             source = link.source.variable
-            if port.kind in ("parameter", "structuralParameter") and (
+            if link.edges[-1].target.kind in ("parameter", "structuralParameter") and (
                 source is None or source.variability == "constant"
             ):
                 continue  # what is given last counts

@@ -36,7 +36,8 @@ class Variable:
     array: str | None = None
     """Name of the array variable that this is an element of; its elements follow each other, the last index fastest."""
     alias_of: str | None = None
-    """The variable that this is another name of (FMI 3): such a name is neither connected nor set."""
+    """The variable that this is another name of (FMI 3): a connector may have such a name, but it is not
+    set."""
 
     @property
     def settable(self) -> bool:
@@ -86,6 +87,13 @@ class Fmu:
     """As the model description states it."""
     native_reference: int | None = None
     """Value reference of the String that says where an instance's native functions are; see `native`."""
+
+    def meant(self, variable: Variable) -> Variable:
+        """Return the variable that `variable` is another name of, else itself."""
+        if variable.alias_of is None:
+            return variable
+        index = "" if variable.array is None else variable.name[len(variable.array) :]
+        return self.variables[variable.alias_of + index]
 
     def ports(self, causality: str) -> tuple[Variable, ...]:
         """The recorded inputs or outputs, by type in the order of `RECORDED_TYPES`, those of a type in the order of the

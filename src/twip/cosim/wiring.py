@@ -67,6 +67,7 @@ class _Wirer:
         if variable is None:
             self.problems.add(f"{label}: {fmu.name} has no such variable", connector.place)
             return
+        variable = fmu.meant(variable)
         kind = "constant" if variable.variability == "constant" else variable.causality
         if connector.kind not in (kind, variable.causality):
             self.problems.add(f"{label}: is {connector.kind}, but {kind} in {fmu.name}", connector.place)
@@ -86,7 +87,7 @@ class _Wirer:
             unit = lookup(connector.type.unit, document.units, fmu.units)
             self._warn_of_unit(connector, document)
         self.ports[path, connector.name] = Port(
-            (path, connector.name), connector.kind, variable.type, unit, variable, connector.place, variable.items
+            (path, variable.name), connector.kind, variable.type, unit, variable, connector.place, variable.items
         )
 
     def add_system(self, system: SystemElement, path: str, above: tuple[tuple[str, SystemElement], ...]) -> None:
