@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from echo_fmu import compiled, echo2, echo3
 from ssp_writer import algorithm, bind, component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
 from twip.errors import TwipError
 
+MID = ("a.u", "b.u")
 TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="1"/>'
 
 
@@ -225,3 +227,20 @@ def test_a_chain_of_stages_follows_its_closed_form(parts):
         assert errors[-1] <= h
     # no more than 1: the current follows the voltage at once, so it would belong to an input's time, not to the end
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 1.0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    "options", [{"coupling": "iterated", "step_size": 0.02}, {"tolerance": 1e-4, "step_size": 0.1}]
+)
+def test_fmus_of_both_versions_go_back(tmp_path, options):
+    """a' = b + 1 in FMI 3, b' = -a in FMI 2, both from 0: a is the sine, b + 1 the cosine."""
+    echo2(tmp_path, compiled("echo2", tmp_path))
+    echo3(tmp_path, compiled("echo3", tmp_path))
+    parts = [component("a", "echo3.fmu", "u> x<"), component("b", "echo2.fmu", "u> x<")]
+    wires = [connection("a.x -> b.u", linear(factor=-1)), connection("b.x -> a.u", linear(offset=1))]
+    table, result = run(write(tmp_path, system(parts, wires)), **{"coupling": None, "mid_step": MID, **options})
+    # second order: h^2 / 12 of the third derivative for equal steps; the tolerance in each of the variable ones
+    bound = 0.02**2 / 6 if result.variable is None else 1e-4 * result.steps
+    assert np.abs(table["a.x"] - np.sin(table.times)).max() <= bound
+    assert np.abs(table["b.x"] + 1 - np.cos(table.times)).max() <= bound
+    assert result.iterations > result.steps or result.variable is not None

@@ -18,24 +18,40 @@ Vector = NDArray[np.float64]
 
 
 class Acceleration:
-    """Proposes the next point from the points and values so far."""
+    """Proposes the next point from the points and values so far.
+
+    Where an accelerated step has made the residual larger, what was learnt does not hold: it is forgotten, and the best
+    point is gone on from by plain substitution.
+    """
 
     def __init__(self, accelerated: NDArray[np.bool_]):
         """`accelerated` (n,) tells which unknowns may take any value; others take what g gives."""
-        self._accelerated = accelerated
+        self._free = accelerated
         self._points: list[Vector] = []
         self._residuals: list[Vector] = []
+        self._size = np.inf
+        self._extrapolated = False
 
     def propose(self, point: Vector, value: Vector, scale: Vector) -> Vector:
         """Return the next point after g(`point`) = `value`; unknowns are weighted by 1 / `scale` (n,)."""
-        free = self._accelerated
-        self._points.append(point[free])
-        self._residuals.append(value[free] - point[free])
-        del self._points[: -_MEMORY - 1], self._residuals[: -_MEMORY - 1]
+        free = self._free
         proposed = value.copy()
-        if len(self._points) > 1 and free.any():
+        if not free.any():
+            return proposed
+        weight = 1.0 / scale[free]
+        residual = value[free] - point[free]
+        size = float(np.max(np.abs(residual * weight)))
+        if self._extrapolated and size > self._size:
+            self._points, self._residuals = self._points[-1:], self._residuals[-1:]
+            self._extrapolated = False
+            proposed[free] = self._points[0] + self._residuals[0]
+            return proposed
+        self._points.append(point[free])
+        self._residuals.append(residual)
+        del self._points[: -_MEMORY - 1], self._residuals[: -_MEMORY - 1]
+        self._size, self._extrapolated = size, len(self._points) > 1
+        if self._extrapolated:
             points, residuals = np.diff(self._points, axis=0).T, np.diff(self._residuals, axis=0).T
-            weight = 1.0 / scale[free]
-            share = np.linalg.lstsq(residuals * weight[:, None], self._residuals[-1] * weight, rcond=_INDEPENDENT)[0]
+            share = np.linalg.lstsq(residuals * weight[:, None], residual * weight, rcond=_INDEPENDENT)[0]
             proposed[free] -= (points + residuals) @ share
         return proposed
