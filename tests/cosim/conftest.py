@@ -8,6 +8,7 @@ from pathlib import Path
 
 import c_fmu
 import pytest
+from checkpoint_runs import prepare
 
 HERE = Path(__file__).parent
 BUILD = """
@@ -56,3 +57,9 @@ def faulty_folder(faulty, tmp_path) -> Path:
     """An own folder for a test, with `faulty.fmu` in it."""
     os.link(faulty, tmp_path / faulty.name)
     return tmp_path
+
+
+@pytest.fixture
+def state_folder(fmus, tmp_path) -> Path:
+    """An own folder for a test, with the FMUs able to serialize their state and `in.csv` for `checkpoint_runs`."""
+    return prepare(fmus, tmp_path)

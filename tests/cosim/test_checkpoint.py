@@ -1,65 +1,25 @@
 """A run that is saved and goes on elsewhere is the run that never stopped, bit for bit."""
 
-import json
 import os
-import shlex
-import shutil
 import signal
-import subprocess
-import sys
-import time
 import zipfile
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
-from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
+from checkpoint_runs import STEP, describe, run
+from ssp_writer import bind, component, system, write
 
-from twip.cli import main
 from twip.cosim import Table, load, simulate
 from twip.cosim.checkpoint import Checkpoint, Saving
 from twip.cosim.component import Instance
 from twip.errors import TwipError
 
-STEP = 1 / 128
-INPUTS = "time,m.smooth,m.held,m.n,m.on\n0,0.1,1,4,1\n0.6,-0.3,2,-5,0\n1.2,0.2,3,9,1\n"
-
 
 @pytest.fixture
-def folder(fmus, tmp_path):
-    """FMUs that can serialize their state, with the dependencies they have."""
-    depends = {"CosimGain": {"y": ["u"], "z": ["u"]}, "CosimIntegrator": {"x": []}}
-    for fmu in fmus.glob("*.fmu"):
-        edit_fmu(fmu, tmp_path / fmu.name, dependencies=depends.get(fmu.stem), state=True)
-    (tmp_path / "in.csv").write_text(INPUTS)
-    return tmp_path
-
-
-def describe(folder, *, factor=-1.0, start=1.0, gain="CosimGain.fmu"):
-    """An oscillator that drives, and is driven by, a component with Integers and Booleans."""
-    parts = [
-        component("a", "CosimIntegrator.fmu", "u> x<"),
-        component("b", "CosimIntegrator.fmu", "u> x<", bind({"x_start": ("Real", start)})),
-        component("g", gain, "u> y<"),
-        component("m", "CosimMixed.fmu", "total<:Integer seen<"),
-    ]
-    wires = [
-        connection("a.x -> g.u", linear(factor=factor)),
-        connection("g.y -> b.u", linear(factor=0.5)),
-        connection("b.x -> a.u"),
-    ]
-    return write(folder, system(parts, wires))
-
-
-def run(path, **options):
-    """Run with everything that a step may remember: mid-step inputs, driven inputs."""
-    given = {"step_size": STEP, "coupling": "gauss-seidel", "mid_step": ["a.u", "b.u"], "loop": "python", **options}
-    given.setdefault("input_file", path.parent / "in.csv")
-    with load(path) as loaded:
-        table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], **given)
-    return table, result
+def folder(state_folder):
+    """The FMUs, able to serialize their state, and `in.csv`."""
+    return state_folder
 
 
 @pytest.mark.parametrize("resumed_by", ["compiled", "python"])
@@ -182,237 +142,6 @@ def test_states_are_freed(folder, monkeypatch):
     made = counts["fmi2GetFMUstate"], counts["fmi2DeSerializeFMUstate"]
     assert made == (4 * 4, 4)
     assert counts["fmi2FreeFMUstate"] == sum(made)
-
-
-def test_inputs_may_change_after_the_checkpoint_only(folder):
-    path, file = describe(folder), folder / "x.checkpoint"
-    run(path, checkpoint=file, stop_time=0.5)
-    (folder / "later.csv").write_text(INPUTS.replace("1.2,0.2", "0.6,0.2,7,7,1\n1.2,0.2"))
-    changed, _ = run(path, resume=file, input_file=folder / "later.csv")
-    whole, _ = run(path, input_file=folder / "later.csv")
-    assert changed.values.tobytes() == whole.values[64:].tobytes()
-    (folder / "earlier.csv").write_text(INPUTS.replace("0,0.1,1", "0,0.1,1.5"))
-    with pytest.raises(TwipError, match="the inputs up to the checkpoint have other values than in the run it belongs"):
-        run(path, resume=file, input_file=folder / "earlier.csv")
-
-
-@pytest.mark.parametrize(
-    ("change", "problem"),
-    [
-        ({"coupling": "jacobi"}, "coupling differs: jacobi here, gauss-seidel in the checkpoint"),
-        ({"mid_step": []}, "list of mid-step inputs differs: none here, a.u, b.u in the checkpoint"),
-        ({"step_size": 1 / 64}, "step size [s] differs: 0.015625 here, 0.0078125 in the checkpoint"),
-        ({"start_time": -0.5}, "start time [s] differs: -0.5 here, 0.0 in the checkpoint"),
-        ({"input_file": None}, "list of inputs with time series differs: none here, m.held, m.n, m.on, m.smooth in"
-         " the checkpoint"),
-        ({"stop_time": 0.5}, "the run is at 0.5 s, the stop time must be later than that"),
-        ({"stop_time": 0.25}, "the run is at 0.5 s, the stop time must be later than that"),
-    ],
-)  # fmt: skip
-def test_a_run_with_other_options_is_refused(folder, change, problem):
-    path, file = describe(folder), folder / "x.checkpoint"
-    run(path, checkpoint=file, stop_time=0.5)
-    with pytest.raises(TwipError) as failure:
-        run(path, resume=file, **change)
-    assert str(failure.value) == f"{file}: {problem}"
-
-
-def test_another_system_is_refused_with_all_differences(folder):
-    file = folder / "x.checkpoint"
-    run(describe(folder), checkpoint=file, stop_time=0.5)
-    edit_fmu(folder / "CosimGain.fmu", folder / "other.fmu", files={"resources/more.txt": b""})
-    opened = []
-    path = describe(folder, factor=-2.0, start=3.0, gain="other.fmu")
-    path.write_text(path.read_text().replace('name="test"', 'name="else"'))
-    with (
-        load(path) as loaded,
-        pytest.raises(TwipError) as failure,
-    ):
-        simulate(loaded, step_size=STEP, coupling="gauss-seidel", mid_step=["a.u", "b.u"],
-                 input_file=folder / "in.csv", resume=file, sinks=lambda grid: opened.append(grid) or [])  # fmt: skip
-    lines = [line.removeprefix(f"{file}: ") for line in str(failure.value).splitlines()]
-    assert [line.partition(" differs: ")[0] for line in lines] == [
-        "FMU of g", "connection to g.u", "start value b.x_start", "system",
-    ]  # fmt: skip
-    assert lines[1:] == [
-        "connection to g.u differs: a.x * -2.0 + 0.0 here, a.x * -1.0 + 0.0 in the checkpoint",
-        "start value b.x_start differs: 3.0 here, 1.0 in the checkpoint",
-        "system differs: else here, test in the checkpoint",
-    ]
-    assert opened == []  # no log has been replaced
-
-
-@pytest.mark.parametrize("option", ["checkpoint", "resume"])
-def test_components_that_cannot_give_away_their_state_are_named_before_the_run(folder, fmus, option):
-    shutil.copy(fmus / "CosimGain.fmu", folder / "silent.fmu")
-    file, opened = folder / "x.checkpoint", []
-    run(describe(folder), checkpoint=file, stop_time=0.5)
-    with load(describe(folder, gain="silent.fmu")) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=STEP, sinks=lambda grid: opened.append(grid) or [], **{option: file})
-    assert str(failure.value) == (
-        "g: FMU silent.fmu cannot serialize its state (canSerializeFMUstate), which a checkpoint needs"
-    )
-    assert opened == []
-
-
-def test_an_fmu_that_does_not_save_all_it_remembers_is_found_out(folder):
-    path, file = write(folder, system([component("h", "CosimHidden.fmu", "y<")])), folder / "x.checkpoint"
-    options = {"step_size": 0.25, "mid_step": [], "input_file": None}
-    run(path, checkpoint=file, stop_time=0.5, **options)
-    with pytest.raises(TwipError) as failure:
-        run(path, resume=file, **options)
-    assert str(failure.value) == (
-        "h.y = 0.0 after its component's state was restored from the checkpoint, where it was 2.0:"
-        " the FMU does not save its whole state"
-    )
-
-
-def cut(file):
-    file.write_bytes(file.read_bytes()[:-40])
-
-
-def flip(file):
-    data = bytearray(file.read_bytes())
-    with zipfile.ZipFile(file) as archive:
-        data[archive.getinfo("values").header_offset + 40] ^= 1
-    file.write_bytes(data)
-
-
-def drop(file, name="samples", edit=None):
-    with zipfile.ZipFile(file) as archive:
-        members = {n: archive.read(n) for n in archive.namelist()}
-    with zipfile.ZipFile(file, "w") as archive:
-        for n, data in members.items():
-            if n != name or edit is not None:
-                archive.writestr(n, edit(data) if n == name else data)
-
-
-def other_format(file):
-    drop(file, "checkpoint.json", lambda data: json.dumps({**json.loads(data), "format": "twip.checkpoint 99"}))
-
-
-@pytest.mark.parametrize(
-    ("damage", "problem"),
-    [
-        (cut, "{file} is not a readable checkpoint (File is not a zip file)"),
-        (flip, "{file} is not a readable checkpoint (Bad CRC-32 for file 'values')"),
-        (drop, "{file} is not a readable checkpoint (\"There is no item named 'samples' in the archive\")"),
-        (
-            lambda file: drop(file, "states/3"),
-            "{file} is not a readable checkpoint (something is missing)",
-        ),
-        (
-            lambda file: drop(file, "values", lambda d: d[8:]),
-            "{file} is not a readable checkpoint (something is missing)",
-        ),
-        (other_format, "checkpoint {file} has the format 'twip.checkpoint 99', not 'twip.checkpoint 2'"),
-        (lambda file: file.write_text("time,a\n"), "{file} is not a readable checkpoint (File is not a zip file)"),
-        (Path.unlink, "checkpoint {file} cannot be read (No such file or directory)"),
-    ],
-)
-def test_a_damaged_file_is_one_line(folder, damage, problem):
-    path, file = describe(folder), folder / "x.checkpoint"
-    run(path, checkpoint=file, stop_time=0.5)
-    damage(file)
-    with pytest.raises(TwipError) as failure:
-        run(path, resume=file)
-    assert str(failure.value).startswith(problem.format(file=file))
-    assert "\n" not in str(failure.value)
-
-
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [
-        ({"checkpoint": "{}/in.csv/x"}, "checkpoint {}/in.csv/x cannot be written: its folder is a file"),
-        ({"checkpoint": "{}"}, "checkpoint {} cannot be written: it is a folder"),
-        ({"checkpoint": "{}/x", "checkpoint_every": 0.0}, "checkpoint interval 0.0 s must be a positive number"),
-        ({"checkpoint_every": 0.5}, "a checkpoint interval needs a file for the checkpoint"),
-    ],
-)
-def test_a_checkpoint_that_cannot_be_written_is_told_before_the_run(folder, options, problem):
-    path = describe(folder)
-    options = {k: v.format(folder) if isinstance(v, str) else v for k, v in options.items()}
-    with load(path) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=STEP, sinks=lambda _: pytest.fail("a log was opened"), **options)
-    assert str(failure.value) == problem.format(folder)
-
-
-TWIP = "import sys\nfrom twip.cli import main\nsys.exit(main())"
-
-
-@pytest.fixture
-def slow(folder):
-    """A system of which each step takes 10 ms."""
-    fault = bind({"fault": ("String", "slow"), "fault_time": ("Real", 0.0)})
-    parts = [component("f", "CosimFaulty.fmu", "y<", fault), component("i", "CosimIntegrator.fmu", "u> x<")]
-    return write(folder, system(parts, [connection("f.y -> i.u")]))
-
-
-def start(path, folder, *options):
-    command = [sys.executable, "-c", TWIP, "run", str(path), "--step-size", "0.01", "--stop-time", "1000", *options]
-    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def steps_in(file, at_least):
-    """Wait for a checkpoint of so many steps; return its steps."""
-    end = time.monotonic() + 30
-    while time.monotonic() < end:
-        if file.exists() and (steps := Checkpoint.read(file).steps) >= at_least:
-            return steps
-        time.sleep(0.02)
-    return pytest.fail(f"no checkpoint after {at_least} steps")
-
-
-def assert_goes_on(path, file):
-    """Compare 20 more steps with a run that never stopped."""
-    steps = Checkpoint.read(file).steps
-    options = {
-        "step_size": 0.01,
-        "mid_step": [],
-        "input_file": None,
-        "stop_time": (steps + 20) * 0.01,
-        "coupling": None,
-    }
-    whole, _ = run(path, **options)
-    rest, _ = run(path, resume=file, **options)
-    assert len(rest.times) == 21
-    assert rest.values.tobytes() == whole.values[steps:].tobytes()
-
-
-def test_a_killed_run_goes_on_from_its_last_checkpoint(slow, folder, loop):
-    file = folder / "x.checkpoint"
-    process = start(slow, folder, "--no-log", "--checkpoint", str(file), "--checkpoint-every", "0.05", "--loop", loop)
-    steps_in(file, 5)
-    process.kill()
-    process.communicate(timeout=30)
-    assert Checkpoint.read(file).steps % 5 == 0
-    assert_goes_on(slow, file)
-
-
-def test_after_ctrl_c_the_command_that_is_told_goes_on(slow, folder, loop, monkeypatch, capsys):
-    process = start(slow, folder, "--checkpoint-every", "0.05", "--output-file", "out.csv", "--loop", loop)
-    file = folder / "logs" / "SystemStructure.checkpoint"
-    steps_in(file, 5)
-    process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=30)
-    assert process.returncode == 130
-    steps = Checkpoint.read(file).steps
-    reached = f"{steps * 0.01:g}"
-    told = {line[:19].strip(): line[20:] for line in out.splitlines()}
-    assert told["interrupted at"] == f"{reached} s in {steps} steps of 0.01 s (jacobi)"
-    assert told["checkpoint"] == "logs/SystemStructure.checkpoint"
-    assert_goes_on(slow, file)
-
-    monkeypatch.chdir(folder)
-    command = [*shlex.split(told["go on by"])[1:], "--stop-time", f"{(steps + 20) * 0.01:g}"]
-    assert main(command) == 0
-    assert f"{(steps + 20) * 0.01:g} s from {reached} s in 20 steps" in capsys.readouterr().out
-    assert (folder / "logs" / "SystemStructure.mcap").is_file()
-    assert (folder / "logs" / f"SystemStructure-from-{reached}s.mcap").is_file()
-    before, after = (Path(name).read_text().splitlines() for name in ("out.csv", f"out-from-{reached}s.csv"))
-    assert len(before) == steps + 2
-    assert after[:2] == [before[0], before[-1]]
-    assert len(after) == 22
 
 
 @pytest.mark.parametrize("loop_after", ["compiled", "python"])
