@@ -14,6 +14,7 @@ import pytest
 from c_fmu import WHAT, chain, demand
 from ssp_writer import component, connection, edit_fmu, system, write
 
+from twip.cli import main
 from twip.cosim import Table, check, isolation, load, playback, simulate
 from twip.cosim.log import McapLog
 from twip.errors import TwipError
@@ -239,6 +240,15 @@ def test_options_that_do_not_go_together(faulty_folder, options, said):
     with load(chain(faulty_folder)) as loaded, pytest.raises(TwipError) as refused:
         simulate(loaded, **options)
     assert str(refused.value) == said
+
+
+def test_the_command_line_tells_and_keeps_the_log(faulty_folder, tmp_path, capsys):
+    path, log = chain(faulty_folder), tmp_path / "run.mcap"
+    demanded = [str(word) for item in demand("step", "abort", 0.5).items() for word in item]
+    words = ["run", str(path), "--isolate", "--step-size", "0.1", "--log", str(log), "--start-values", *demanded]
+    assert main(words) == 1
+    assert capsys.readouterr().err == "twip: bad failed at t = 0.5 s: doStep crashed: SIGABRT (Aborted)\n"
+    assert len(playback.read(log).times) == 6
 
 
 PROGRAM = """
