@@ -16,6 +16,7 @@ from ..cosim.record import Sink
 from ..cosim.scenario_file import files_of
 from ..errors import TwipError
 from ..lab.scene import scene
+from . import live
 from .coupling import coupling_options, declare_coupling
 from .paths import refuse_clashes
 from .progress import progress_bar
@@ -34,6 +35,7 @@ examples:
   twip run ssp/twip.ssp --real-time
   twip run ssp/twip.ssp --isolate
   twip run ssp/twip.ssp --checkpoint-every 1
+  twip run ssp/twip.ssp --real-time --live --stop-time 600
   twip run ssp/twip.ssp --resume logs/twip.checkpoint --stop-time 20
 """
 CACHE = """\
@@ -162,6 +164,7 @@ def declare_execution(parser: argparse.ArgumentParser) -> None:
         help="pace the run to the wall clock, at FACTOR simulated seconds per second (1 if not given); "
         "default: as fast as it goes",
     )
+    live.declare(parser)
 
 
 def load_system(path: str, arguments: argparse.Namespace) -> System:
@@ -233,8 +236,12 @@ def run(arguments: argparse.Namespace) -> int:
             if p and Path(p).is_file()
         ]
 
+        inputs = live.live_inputs(arguments.live, system)
+
         def sinks(grid: TimeGrid) -> list[Sink]:
             opened: list[Sink] = [Warnings()]
+            if inputs is not None:
+                opened.append(live.live_view(arguments.live, system, metadata, inputs, grid.start))
             if log is not None:
                 extras = scene(system.channels, metadata)
                 opened.append(McapLog(log, system.channels, metadata, attachments, grid.start, extras=extras))
@@ -242,7 +249,7 @@ def run(arguments: argparse.Namespace) -> int:
                 opened.append(CsvSink(arguments.output_file, system.channels))
             return opened
 
-        with progress_bar(system.name, grid.stop, "s") as progress:
+        with progress_bar(system.name, grid.stop, "s") as progress, live.steering(inputs):
             result = simulate(
                 system,
                 start_time=grid.start,
@@ -260,7 +267,8 @@ def run(arguments: argparse.Namespace) -> int:
                 checkpoint=checkpoint,
                 checkpoint_every=arguments.checkpoint_every,
                 resume=arguments.resume,
-                real_time=arguments.real_time,
+                real_time=arguments.real_time or (None if inputs is None else 1.0),
+                live=inputs,
             )
     print_result(result)
     print_rows(("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint))

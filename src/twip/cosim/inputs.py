@@ -13,6 +13,7 @@ import os
 import pathlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,16 @@ EARLY = 1e-9
 
 RULES = {name: rule(name) for name in TYPES} | {"Real": "a finite number", "Boolean": "true, false, 1 or 0"}
 """What a value of a type must be."""
+
+
+class Part(Protocol):
+    """Values of some columns over time."""
+
+    def at(self, times: NDArray[np.float64], step_size: float) -> NDArray[np.float64]:
+        """Return the values (len(times), columns) at `times` in s."""
+
+    def jumps(self) -> NDArray[np.float64]:
+        """Return the times in s at which a value jumps, as far as they are known beforehand."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +76,7 @@ class InputSeries:
 
     columns: NDArray[np.int32]
     """Driven columns (n,), those of the parts one after the other."""
-    parts: tuple[Series, ...]
+    parts: tuple[Part, ...]
     texts: tuple[int, ...] = ()
     """Which of them, from 0 to n, are Strings: the values are numbers of texts."""
 

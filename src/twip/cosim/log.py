@@ -83,7 +83,7 @@ class McapLog:
         if twice:
             raise TwipError(f"log {str(self.path)!r}: more than one variable is named {', '.join(twice)}")
         own = {"format": FORMAT, "start_time": repr(self._start_time)}
-        schema_records, channel_records = _declare(
+        schema_records, channel_records = declare(
             recorded, self._texts, self._start_time, [extra.topic for extra in extras]
         )
         self._event_channel = channel_records[len(recorded)].id
@@ -235,7 +235,7 @@ class McapLog:
             self._file.write(MessageBatch(pieces, int(min(ends)), int(max(ends)), counts, index, sizes))
 
 
-def _declare(
+def declare(
     channels: Sequence[Channel], texts: Sequence[TextColumns], start_time: float, reserved: Sequence[str]
 ) -> tuple[list[records.Schema], list[records.Channel]]:
     """Return the schema and channel records of the components, then those of the events, last those of the texts."""

@@ -18,6 +18,7 @@ from .delivery import Delivery, writing
 from .experiment import TimeGrid, time_grid
 from .interrupt import InterruptFlag
 from .isolation import TIME_LIMIT
+from .live_inputs import LiveInputs
 from .loop import PythonLoop
 from .pace import Pacer
 from .pool import InstancePool
@@ -26,6 +27,7 @@ from .record import Sink
 from .results import Result, Table
 from .rollback import repeatable
 from .run import LoopKind, Run
+from .scenario import Scenario
 from .scenario_file import read_scenario
 from .system import System, cannot_share_a_process
 
@@ -61,6 +63,7 @@ def simulate(
     resume: str | os.PathLike[str] | None = None,
     real_time: float | None = None,
     pool: InstancePool | None = None,
+    live: LiveInputs | None = None,
 ) -> Result:
     """Run `system`; times and step in s, `coupling` `jacobi`, `gauss-seidel` or `iterated`.
 
@@ -94,6 +97,9 @@ def simulate(
 
     `real_time` holds the run back to so many simulated seconds per second; the result tells of missed deadlines. A
     `pool` keeps the instances for the next run of the system or of a variation of its start values.
+
+    `live` are inputs that are set while the run goes on, by another thread, but for those that a file drives; a
+    checkpoint cannot hold them.
 
     Raises `TwipError` for bad arguments and for the failure of a component.
     """
@@ -131,6 +137,8 @@ def simulate(
         problems.raise_any()
         if plan.control is not None and planned.faults:
             raise TwipError("faults of the scenario need equal steps, but with a tolerance they vary")
+        if live is not None:
+            planned = _with_live(planned, live, checkpoint is not None or resume is not None)
         if checkpoint is None and checkpoint_every is not None:
             raise TwipError("a checkpoint interval needs a file for the checkpoint")
         resumed = None
@@ -163,6 +171,14 @@ def simulate(
             pool=pool or InstancePool(keeps=False),
         ).execute()
     return dataclasses.replace(result, table=table)
+
+
+def _with_live(planned: Scenario, live: LiveInputs, kept: bool) -> Scenario:
+    """Return a scenario with live inputs besides, but those that its files drive; raises TwipError."""
+    if kept:
+        raise TwipError("a checkpoint cannot hold inputs that are set while the run goes on")
+    live.leave(set(planned.inputs.columns.tolist()))
+    return dataclasses.replace(planned, inputs=planned.inputs + live.series())
 
 
 def _time_limit(isolate: bool, given: float | None) -> float | None:

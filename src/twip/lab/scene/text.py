@@ -20,6 +20,10 @@ class TextChannel:
         self._message = np.frombuffer(b"\0\1\0\0" + struct.pack("<I", len(data)) + data, np.uint8)
         self._told = False
 
+    def repeat(self) -> None:
+        """Tell the text once more, at the next row."""
+        self._told = False
+
     def messages(
         self, nanoseconds: NDArray[np.uint64], rows: NDArray[np.float64]
     ) -> tuple[NDArray[np.uint64], NDArray[np.uint8]]:
