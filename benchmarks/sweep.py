@@ -3,6 +3,7 @@
     python benchmarks/sweep.py overhead        # CPU time per run of everything but stepping
     python benchmarks/sweep.py memory          # memory of one process over 2000 runs
     python benchmarks/sweep.py throughput      # the same runs in one process and in two
+    python benchmarks/sweep.py scaling         # CPU time of each further run in one process and in two
     python benchmarks/sweep.py thousand        # 1000 runs of 5 s
 
 Run from the project's root after `twip build`. The overhead is CPU time, which other programs disturb little; the
@@ -94,6 +95,29 @@ def throughput() -> None:
         )
 
 
+def cpu_time() -> tuple[float, float]:
+    """Return the CPU time in s of this process and of its processes that have ended."""
+    times = os.times()
+    return times.user + times.system, times.children_user + times.children_system
+
+
+def scaling() -> None:
+    """Print the CPU time of each further run: what two free processors would gain, however busy they are now."""
+    costs = []
+    for jobs in (1, 2):
+        spent = []
+        for count in (200, 600):
+            begin = cpu_time()
+            done(count, jobs)
+            spent.append([after - before for after, before in zip(cpu_time(), begin, strict=True)])
+        own, children = ((long - short) / 400 for long, short in zip(spent[1], spent[0], strict=True))
+        costs.append(own + children)
+        print(
+            f"{jobs} processes: {1e3 * own:.1f} ms in this one, {1e3 * children:.1f} ms in workers, per run", flush=True
+        )
+    print(f"two free processors would do {2 * costs[0] / costs[1]:.2f} times the runs of one")
+
+
 def thousand() -> None:
     """Print the wall time of 1000 runs of 5 s at 1 ms with all metrics, start-up included."""
     begin = time.perf_counter()
@@ -102,7 +126,7 @@ def thousand() -> None:
 
 
 if __name__ == "__main__":
-    parts = {part.__name__: part for part in (overhead, memory, throughput, thousand)}
+    parts = {part.__name__: part for part in (overhead, memory, throughput, scaling, thousand)}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=[*parts, []], help="what to measure; default: all")
     for name in parser.parse_args().parts or parts:
