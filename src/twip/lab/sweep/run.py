@@ -97,7 +97,7 @@ def run_sweep(
                         progress(len(log.rows), len(points))
             completed = True
         except KeyboardInterrupt:
-            told("interrupted")
+            completed = False  # what is finished is kept
         finally:
             seconds = time.perf_counter() - started
             if not completed:
