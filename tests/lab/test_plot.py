@@ -8,9 +8,14 @@ from PIL import Image
 from robot_log import robot_log, write
 
 from twip.cli import main
+from twip.cosim.log import McapLog
+from twip.cosim.playback import read
+from twip.cosim.record import Channel, Signal
+from twip.cosim.texts import number_of
 from twip.errors import TwipError
 from twip.lab.animation import animate
 from twip.lab.drawing import look
+from twip.lab.panels import panels
 from twip.lab.plot import plot
 
 
@@ -74,3 +79,16 @@ def test_what_cannot_be_drawn_is_said(tmp_path, capsys):
     assert main(["plot", str(log.path), "plant.*", "--with", str(other.path)]) == 1  # `other` has no plant
     assert main(["plot", str(log.path)]) == 0
     assert (tmp_path / "robot.png").exists()
+
+
+def test_strings_are_left_out_or_named(tmp_path):
+    channel = Channel("a", (Signal("mode", "String", None, "output"), Signal("x", "Int8", None, "output")))
+    times = np.arange(5) / 10.0
+    rows = np.column_stack([np.full(5, number_of("standing")), np.arange(5.0)])
+    with McapLog(tmp_path / "a.mcap", [channel], {}) as log:
+        log.write(times, rows)
+    read_back = read(tmp_path / "a.mcap")
+    assert [line.label for panel in panels(read_back) for line in panel.lines] == ["x"]
+    assert [line.label for panel in panels(read_back, ["a.*"]) for line in panel.lines] == ["x"]
+    with pytest.raises(TwipError, match=r"a\.mode is a String in .*a\.mcap, which cannot be drawn"):
+        panels(read_back, ["a.mode"])

@@ -50,7 +50,7 @@ def panels(log: Playback, names: Sequence[str] = ()) -> list[Panel]:
     """Return the panels of a log: the robot's own or those of any system, or of the signals that `names` match.
 
     `names` are `component.variable`, `*` and `?` stand for any text and letter. Raises TwipError for a name that
-    matches nothing.
+    matches nothing or only a String.
     """
     if names:
         return _of_signals(log, matching(log, names))
@@ -58,12 +58,17 @@ def panels(log: Playback, names: Sequence[str] = ()) -> list[Panel]:
 
 
 def matching(log: Playback, names: Sequence[str]) -> list[str]:
-    """Return the signals that match, each once; raises TwipError that names every pattern that matches nothing."""
+    """Return the signals that match, each once; raises TwipError that names every pattern that matches nothing that can
+    be drawn.
+    """
     found: dict[str, None] = {}
     problems = []
     for name in names:
-        hits = [name] if name in log.signals else [s for s in log.signals if fnmatchcase(s, name)]
-        if not hits:
+        matched = [name] if name in log.signals else [s for s in log.signals if fnmatchcase(s, name)]
+        hits = [s for s in matched if _has_numbers(log, s)]
+        if matched and not hits:
+            problems.append(f"{name} is a String in {log.path}, which cannot be drawn")
+        elif not hits:
             try:
                 log[name]
             except TwipError as error:
@@ -74,13 +79,17 @@ def matching(log: Playback, names: Sequence[str]) -> list[str]:
     return list(found)
 
 
+def _has_numbers(log: Playback, name: str) -> bool:
+    return log.signals[name].dtype != object
+
+
 def chosen(log: Playback) -> tuple[list[str], list[str]]:
     """Return the signals of an unknown system that are drawn, and those that are left out because they are too many."""
     names = [
         f"{channel.component}.{signal.name}" if channel.component else signal.name
         for channel in log.channels
         for signal in channel.signals
-        if signal.causality == "output" or not channel.component
+        if (signal.causality == "output" or not channel.component) and signal.type != "String"
     ]
     drawn = [line.source for panel in _of_signals(log, names)[:MOST_PANELS] for line in panel.lines]
     return drawn, [name for name in names if name not in set(drawn)]

@@ -34,7 +34,8 @@ def read_data(path: Path, columns: Columns, encoder_resolution: float, zero: flo
         raise TwipError(f"{path}: cannot be read ({error.strerror})") from None
     if logged:
         log = read_log(path)
-        signals = {"time": log.times, **{name: np.asarray(v, np.float64) for name, v in log.signals.items()}}
+        numbers = {name: np.asarray(v, np.float64) for name, v in log.signals.items() if v.dtype != object}
+        signals = {"time": log.times, **numbers}
         lines = None
     else:
         signals, lines = _read_csv(path)
