@@ -210,7 +210,7 @@ def get_variables(group, values, references, scratch):  # type: ignore[no-untype
     wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
     buffer = np.int64(values.ctypes.data) + 8 * first if kind == FLOAT64 else np.int64(scratch.ctypes.data)
     status = call_sized_access(group[FMI_FUNCTION], group[FMI_HANDLE], wanted, group[VARIABLES], buffer, size)
-    if status > 1:
+    if status < 0 or status > 1:
         return status
     for i in range(size):
         value = values[first + i] if kind == FLOAT64 else load(kind, scratch, i)

@@ -99,16 +99,16 @@ class Ports:
     def _collect_scalars(self, group: InputGroup) -> tuple[int, tuple[int, ...]]:
         """Buffer what changed; return the number of variables and, where it is wanted, of values."""
         values, last, references, buffer = self._values, group.last, group.references, group.buffer
+        rounded, direct, column = group.rounded, group.direct, group.first
         count = 0
-        column = group.first
         for i in range(len(last)):
             value = values[column + i]
-            if group.rounded:
+            if rounded:
                 value = values[column + i] = to_float32(value)
             if value != last[i]:
                 last[i] = value
                 references[count] = group.value_references[i]
-                buffer[count] = value if group.direct else self._fitted(group, i)
+                buffer[count] = value if direct else self._fitted(group, i)
                 count += 1
         return count, (count,) if group.counts_values else ()
 
