@@ -112,11 +112,23 @@ def test_an_algebraic_loop_is_named_and_solved_at_the_start(fmus, tmp_path, loop
     assert any("algebraic loop: p.y → q.u → q.y → p.u" in w for w in result.warnings)
 
 
+def test_a_loop_in_which_handing_values_around_diverges_is_solved_at_the_start_too(fmus, tmp_path):
+    gain = edit_fmu(fmus / "CosimGain.fmu", tmp_path / "gain.fmu", dependencies={"y": ["u"], "z": ["u"]})
+    body = system(
+        [component("p", gain.name, "u> y<"), component("q", gain.name, "u> y<")],
+        [connection("p.y -> q.u"), connection("q.y -> p.u", linear(factor=-0.75, offset=1))],
+    )
+    table, result = run(write(tmp_path, body), step_size=0.5, start_values={})
+    # p.u = -0.75 * 2 * 2 * p.u + 1, hence p.u = 0.25; each pass around multiplies the error by -3
+    np.testing.assert_allclose(table["p.u"][0], 0.25, rtol=1e-11)
+    assert not [w for w in result.warnings if "settle" in w]
+
+
 def test_a_loop_that_does_not_settle_is_a_warning_with_its_signals(fmus, tmp_path):
     gain = edit_fmu(fmus / "CosimGain.fmu", tmp_path / "gain.fmu", dependencies={"y": ["u"], "z": ["u"]})
     guess = bind({"u": ("Real", 0.0)})
-    body = system([component("p", gain.name, "u> z<", guess)], [connection("p.z -> p.u", linear(offset=1))])
-    _, result = run(write(tmp_path, body), step_size=0.5, start_values={})
+    body = system([component("p", gain.name, "u> z<", guess)], [connection("p.z -> p.u", linear(factor=-1, offset=1))])
+    _, result = run(write(tmp_path, body), step_size=0.5, start_values={})  # p.u = p.u + 1
     assert any(w.startswith("initial values do not settle within 100 passes: p.u, ") for w in result.warnings)
 
 

@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ..errors import TwipError
 from .execution import Vector
 from .face import InstanceFace, PortsFace
+from .fixed_point import Acceleration
 from .problems import Place
 from .schedule import Schedule
 from .system import ParameterLink, System
@@ -83,20 +86,34 @@ def initialize(
     refused: list[int] = []
     unfit: list[str] = []
     by_name = {instance.name: instance for instance in instances}
-    for number in range(MAXIMUM_PASSES):
-        before = list(values)
-        refused.clear()
-        if number > 0:  # what they come from has been read
-            unfit = pass_parameters(system.parameter_links, by_name, values)
-        for stage in range(stages):
-            copy_stage(schedule, stage, values, refused)
-            for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
-                ports[i].set_inputs()
-                ports[i].get_outputs()
-        changing = [
-            i for i, scale in enumerate(nominal) if abs(values[i] - before[i]) > _TOLERANCE * max(abs(values[i]), scale)
-        ]
-        if not changing and (number > 0 or not system.parameter_links):
+    start, row = list(values), np.ctypeslib.as_array(values)
+    outputs = np.flatnonzero([v.causality != "input" for c in system.components for v in c.inputs + c.outputs])
+    # handing values around settles loops that contract; from the start again and accelerated, others settle too
+    for acceleration in (None, Acceleration(schedule.nominal[outputs] > 0.0)):
+        values[:] = start
+        for number in range(MAXIMUM_PASSES):
+            before = list(values)
+            guess = row[outputs].copy()
+            refused.clear()
+            if number > 0:  # what they come from has been read
+                unfit = pass_parameters(system.parameter_links, by_name, values)
+            for stage in range(stages):
+                copy_stage(schedule, stage, values, refused)
+                for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
+                    ports[i].set_inputs()
+                    ports[i].get_outputs()
+            found = row[outputs]
+            changing = [
+                i
+                for i, scale in enumerate(nominal)
+                if abs(values[i] - before[i]) > _TOLERANCE * max(abs(values[i]), scale)
+            ]
+            if not changing and (number > 0 or not system.parameter_links):
+                break
+            if acceleration is not None:
+                scale = np.maximum(np.abs(found), schedule.nominal[outputs])
+                row[outputs] = acceleration.propose(guess, found, scale)
+        if not changing:
             break
     _refuse(schedule, refused, values, times[0])
     for label in unfit:
