@@ -6,6 +6,7 @@ import pytest
 from echo_fmu import NUMBERS, compiled, echo2, echo3
 from ssp_writer import bind, connection, linear, system, write
 
+from twip.cli import main
 from twip.cosim import Table, check, load, playback, simulate
 from twip.cosim.log import McapLog
 from twip.cosim.results import CsvSink
@@ -341,3 +342,13 @@ def test_scenarios_of_every_type(c_folder, loop):
     (c_folder / "s.toml").write_text('[[faults]]\nsignal = "b.ins_String[2]"\nkind = "delay"\ndelay = 0.25\n')
     with pytest.raises(TwipError, match="a String cannot be delayed"):
         run(path, **options)
+
+
+def test_check_tells_versions(c_folder, capsys):
+    path = write(c_folder, system([echo("a"), element("e", "echo2.fmu", [("u", "input"), ("x", "output")])]))
+    assert main(["check", str(path), "--step-size", "0.5"]) == 0
+    said = capsys.readouterr().out
+    assert "echo3.fmu, FMI 3.0, " in said
+    assert "echo2.fmu, FMI 2.0, " in said
+    assert main(["check", str(c_folder / "echo3.fmu")]) == 0
+    assert "echo3.fmu, FMI 3.0 co-simulation" in capsys.readouterr().out

@@ -14,8 +14,6 @@ from .schedule import make_schedule
 from .ssv import ParameterSet
 from .system import System
 
-FMI_VERSION = "2.0"
-
 
 @dataclass(frozen=True)
 class Section:
@@ -88,7 +86,7 @@ def brief(fmu: Fmu) -> str:
     """Return an FMU in one line."""
     counts = [f"{len(fmu.ports(kind))} {kind}s" for kind in ("input", "output")]
     counts.append(f"{sum(v.causality == 'parameter' for v in fmu.variables.values())} parameters")
-    return f"{fmu.name}, FMI {FMI_VERSION}, {', '.join(counts)}" + (
+    return f"{fmu.name}, FMI {fmu.fmi_version}, {', '.join(counts)}" + (
         f", by {tool}" if (tool := fmu.generation_tool) else ""
     )
 
@@ -98,7 +96,7 @@ def fmu_overview(fmu: Fmu) -> list[Section]:
     able = "can be saved and restored" if fmu.serializes_state else "cannot be saved: no checkpoints"
     step = "none proposed" if fmu.step_size is None else f"{fmu.step_size:g} s proposed"
     sections = [
-        Section("FMU", f"{fmu.name}, FMI {FMI_VERSION} co-simulation"),
+        Section("FMU", f"{fmu.name}, FMI {fmu.fmi_version} co-simulation"),
         Section("model", f"{fmu.model_identifier}" + (f", by {fmu.generation_tool}" if fmu.generation_tool else "")),
         Section("instances", "one per process" if fmu.only_once else "any number"),
         Section("step", step),
