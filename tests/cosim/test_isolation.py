@@ -199,7 +199,7 @@ def test_a_crash_around_a_checkpoint(faulty_folder, tmp_path, where, at, said):
     assert len(table.times) == (6 if where == "save" else 0)
 
 
-def test_an_fmu_that_allows_one_instance_per_process(faulty_folder):
+def test_an_fmu_that_allows_one_instance_per_process(faulty_folder, capsys):
     with zipfile.ZipFile(faulty_folder / "faulty.fmu") as archive:
         description = archive.read("modelDescription.xml").replace(
             b'OnlyOncePerProcess="false"', b'OnlyOncePerProcess="true"'
@@ -213,6 +213,8 @@ def test_an_fmu_that_allows_one_instance_per_process(faulty_folder):
         "FMU once.fmu allows one instance per process, but a, b share it (isolated, with --isolate, each has its own)"
     )
     assert check(path) == [line]
+    assert main(["check", str(path), "--step-size", "0.1"]) == 1
+    assert capsys.readouterr().err == f"twip: {line}\n"
     with load(path) as loaded, pytest.raises(TwipError) as refused:
         simulate(loaded, step_size=0.1)
     assert str(refused.value) == line

@@ -75,6 +75,8 @@ def _check_part(path: Path, kind: str) -> int:
 def _check_system(arguments: argparse.Namespace) -> int:
     with load_system(arguments.file, arguments) as system:
         problems = Problems()
+        for line in cannot_share_a_process(system):
+            problems.add(line)
         asked = Algorithm(**coupling_options(arguments))
         grid = _told(
             problems,
