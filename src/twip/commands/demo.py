@@ -6,7 +6,7 @@ from pathlib import Path
 from ..interrupts import INTERRUPTED
 from ..lab.demo import demo
 from .progress import progress_bar
-from .terminal import notice, print_rows
+from .terminal import notice, print_json, print_rows
 
 DESCRIPTION = """\
 examples:
@@ -27,6 +27,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="where fmus/, ssp/ and logs/ are written; default: the current folder",
     )
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text, for scripts")
     parser.set_defaults(run=run)
 
 
@@ -34,7 +35,18 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the demonstration, and return the exit status."""
     with progress_bar("standing up", 10.0, "s") as progress:
         report = demo(arguments.out, progress, notice)
-    print_rows(*report.rows)
+    if arguments.json:
+        print_json(
+            {
+                "balanced": report.balanced,
+                "interrupted": report.interrupted,
+                "metrics": report.metrics,
+                "log": report.log,
+                "picture": report.picture,
+            }
+        )
+    else:
+        print_rows(*report.rows)
     if report.interrupted:
         return INTERRUPTED
     return 0 if report.balanced else 1

@@ -5,7 +5,8 @@ from contextlib import contextmanager
 from typing import Protocol
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
 
 
 class Update(Protocol):
@@ -13,6 +14,23 @@ class Update(Protocol):
 
     def __call__(self, done: float, total: float | None = None) -> None:
         """Show that so much is done, and with `total` of how much."""
+
+
+class RateColumn(ProgressColumn):
+    """How much is done per second; of simulated seconds, how many times faster than real time."""
+
+    def __init__(self, unit: str) -> None:
+        super().__init__()
+        self._unit = unit
+
+    def render(self, task: Task) -> Text:
+        """Return the rate, nothing before it is known."""
+        rate = task.finished_speed or task.speed
+        if rate is None:
+            return Text("")
+        return Text(
+            f"{rate:.1f}× real time" if self._unit == "s" else f"{rate:.1f} {self._unit}/s", "progress.data.speed"
+        )
 
 
 @contextmanager
@@ -23,7 +41,14 @@ def progress_bar(label: str, total: float | None, unit: str, digits: int = 1) ->
     """
     console = Console(stderr=True)
     text = TextColumn(f"{{task.completed:.{digits}f}}/{{task.total:g}} {unit}")
-    columns = (TextColumn("{task.description}"), BarColumn(), text, TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        text,
+        RateColumn(unit),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(label, total=total or 0.0, visible=total is not None)
 

@@ -4,9 +4,10 @@ import argparse
 from pathlib import Path
 
 from ..cosim.playback import read
+from ..lab.metrics import is_robot, measure
 from ..lab.report import report
 from .paths import refuse_clashes
-from .terminal import print_rows
+from .terminal import print_json, print_rows
 
 DESCRIPTION = """\
 examples:
@@ -33,6 +34,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         help="signals (component.variable; * and ? stand for any text and letter) to plot besides the usual ones, "
         "in the log's units; default: none",
     )
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text, for scripts")
     parser.set_defaults(run=run)
 
 
@@ -40,6 +42,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the report, and return the exit status."""
     out = arguments.out or arguments.logs[0].with_suffix(".html")
     refuse_clashes([("LOG.mcap", log) for log in arguments.logs], {"--out": out})
-    report([read(log) for log in arguments.logs], out, arguments.signals)
+    logs = [read(log) for log in arguments.logs]
+    report(logs, out, arguments.signals)
+    if arguments.json:
+        metrics = {str(log.path): measure(log) if is_robot(list(log.signals)) else None for log in logs}
+        print_json({"report": out, "bytes": out.stat().st_size, "metrics": metrics})
+        return 0
     print_rows(("report", out), ("size", f"{out.stat().st_size / 1e6:.1f} MB"))
     return 0

@@ -20,7 +20,7 @@ from . import live
 from .coupling import coupling_options, declare_coupling
 from .paths import refuse_clashes
 from .progress import progress_bar
-from .terminal import Warnings, notice, print_rows
+from .terminal import Warnings, notice, print_json, print_rows
 
 DEFAULT = Path()
 """Stands for the default path where an option is given without one."""
@@ -165,6 +165,7 @@ def declare_execution(parser: argparse.ArgumentParser) -> None:
         "default: as fast as it goes",
     )
     live.declare(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text, for scripts")
 
 
 def load_system(path: str, arguments: argparse.Namespace) -> System:
@@ -270,20 +271,36 @@ def run(arguments: argparse.Namespace) -> int:
                 real_time=arguments.real_time or (None if inputs is None else 1.0),
                 live=inputs,
             )
-    print_result(result)
-    print_rows(("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint))
+    again = None
     if result.interrupted and result.checkpoint is not None:
         more = ["--resume", str(result.checkpoint)]
         for option, path in (("--log", arguments.log), ("--output-file", arguments.output_file)):
             if path is not None:  # a later option wins: the files of this run are not replaced
                 more += [option, str(from_time(path, result.time))]
-        print_rows(("go on by", shlex.join(["twip", *arguments.words, *more])))
+        again = shlex.join(["twip", *arguments.words, *more])
+    files = (("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint), ("go on by", again))
+    if arguments.json:
+        print_json(summary(result) | {label.replace(" ", "_"): path for label, path in files})
+    else:
+        print_result(result)
+        print_rows(*files)
     return 128 + (result.signal or SIGINT) if result.interrupted else 0
 
 
 def from_time(path: Path, time: float) -> Path:
     """Return the path of a file that begins at `time` in s instead of the start time."""
     return path.with_name(f"{path.stem}-from-{time:g}s{path.suffix}")
+
+
+def summary(result: Result) -> dict[str, object]:
+    """Return what a run did, for scripts; times in s."""
+    kept = ("start_time", "time", "steps", "step_size", "coupling", "setup_time", "wall_time", "real_time_factor")
+    found: dict[str, object] = {name: getattr(result, name) for name in kept}
+    if result.real_time is not None:
+        found["deadlines"] = {
+            name: getattr(result.real_time, name) for name in ("factor", "deadlines", "missed", "worst_lateness")
+        }
+    return found | {"interrupted": result.interrupted, "warnings": result.warnings, "values": result.values}
 
 
 def print_result(result: Result) -> None:

@@ -1,6 +1,9 @@
 """What the commands say: notices and warnings on standard error, rows of results on standard output."""
 
+import json
+import math
 import sys
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,3 +39,18 @@ class Warnings:
 
     def close(self) -> None:
         """Nothing is kept open."""
+
+
+def print_json(content: Mapping[str, object]) -> None:
+    """Print an object as one line of JSON; paths become text, numbers that are not finite null."""
+    print(json.dumps(_plain(content), ensure_ascii=False, allow_nan=False))
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)

@@ -1,7 +1,7 @@
 """The demonstration: the robot is built, stands up from 27 degrees (paper, Fig 13) and is judged."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from math import degrees
 from pathlib import Path
@@ -27,6 +27,8 @@ class Demo:
     """Labels and what there is to say."""
     log: Path
     picture: Path
+    metrics: Mapping[str, float] = field(default_factory=dict)
+    """As `metrics.measure` gives them."""
 
 
 def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], None]) -> Demo:
@@ -60,4 +62,4 @@ def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], N
         ("log", str(path)),
         ("picture", str(picture)),
     )
-    return Demo(verdict.balanced, result.interrupted, rows, path, picture)
+    return Demo(verdict.balanced, result.interrupted, rows, path, picture, verdict.metrics)
