@@ -6,6 +6,8 @@ import subprocess
 import sys
 import time
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from sweep_system import make_system
 
@@ -127,6 +129,25 @@ def test_an_unreachable_scheduler_gets_one_line(folder, capsys, monkeypatch):
     assert sweep("--repeat", "2", "--dask", "tcp://127.0.0.1:9", *USUAL) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("twip: the Dask scheduler tcp://127.0.0.1:9 cannot be reached: Timed out")
+
+
+def test_what_is_no_result_of_a_sweep_gets_one_line(folder, capsys, monkeypatch):
+    (folder / "x.parquet").write_bytes(b"PAR1 and then nothing")
+    pq.write_table(pa.table({"run": [1]}), folder / "y.parquet")
+    bare = pa.table({"run": [1], "verdict": ["done"]}).replace_schema_metadata(
+        {"twip": '{"sweep": {"axes": [3]}, "runs": 1}'}
+    )
+    pq.write_table(bare, folder / "z.parquet")
+    for name in ("x", "y", "z"):
+        assert main(["sweep", f"{name}.parquet", "--rate", "d.x"]) == 1
+        assert capsys.readouterr().err == f"twip: {name}.parquet is not the Parquet file of a sweep\n"
+    assert main(["sweep", "none.parquet", "--rate", "d.x"]) == 1
+    assert capsys.readouterr().err == "twip: none.parquet: no such file\n"
+    assert main(["sweep", "x.parquet", "--repeat", "3"]) == 1
+    assert capsys.readouterr().err == "twip: --repeat: x.parquet is there already: it is only drawn\n"
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert sweep("--repeat", "3", *USUAL) == 1
+    assert "pip install 'twip[sweep]'" in capsys.readouterr().err
 
 
 def test_ctrl_c_says_how_to_go_on(folder):

@@ -110,9 +110,13 @@ class Results:
             result = cls(table.to_pydict(), dict(told["sweep"]), int(told["runs"]))
             if not {"run", "verdict", *result.axes} <= result.columns.keys():
                 raise ValueError
+            if not {"design", "samples"} <= result.description.keys():
+                raise ValueError
+            if any(not {"label", "distribution", "factor"} <= axis.keys() for axis in result.description["axes"]):
+                raise ValueError
         except FileNotFoundError:
             raise TwipError(f"{path}: no such file") from None
-        except (OSError, pa.ArrowException, ValueError, KeyError, TypeError):
+        except (OSError, pa.ArrowException, ValueError, KeyError, TypeError, AttributeError):
             raise TwipError(f"{path} is not the Parquet file of a sweep") from None
         return result
 
