@@ -6,6 +6,7 @@ import pytest
 from echo_fmu import compiled, echo3, echo3_description
 from ssp_writer import component, connection, system, units, write
 
+from twip.cli import main
 from twip.cosim import Table, check, load, simulate
 from twip.cosim.fmu import read_fmu
 from twip.cosim.parameter_file import parameters_of, write_parameter_set
@@ -175,3 +176,9 @@ def test_parameters_of_every_type_are_listed_and_read_back(tmp_path, library):
     write_parameter_set(tmp_path / "all.ssv", "all", entries)
     with load(path, parameters=[tmp_path / "all.ssv"]) as again:
         assert parameters_of(again) == entries
+
+
+def test_check_names_the_version(tmp_path, library, capsys):
+    echo3(tmp_path, library)
+    assert main(["check", str(tmp_path / "echo3.fmu")]) == 0
+    assert capsys.readouterr().out.startswith("FMU                 echo3.fmu, FMI 3.0 co-simulation\n")

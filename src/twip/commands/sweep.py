@@ -106,7 +106,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     pictures.add_argument(
         "--map", nargs="+", metavar="X Y [METRIC]", help="a metric, else the share that passes, over two axes"
     )
-    pictures.add_argument("--rate", nargs="+", metavar="X", help="share that passes along axes, with 95 % intervals")
+    pictures.add_argument("--rate", nargs="+", metavar="X", help="share that passes along axes, with 95 %% intervals")
     pictures.add_argument("--sensitivity", metavar="METRIC", help="how much a metric, or success, depends on each axis")
     parser.set_defaults(run=run)
 
