@@ -1,5 +1,6 @@
 """What sweeps are made of: axes, designs, conditions, intervals, rankings, plan files, chosen runs."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from twip.lab.sweep.plan import ParameterSet, Plan
 from twip.lab.sweep.plan_file import read_plan
 from twip.lab.sweep.statistics import Rate, rank_regression, sobol_indices
 from twip.lab.sweep.worker import Row
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
@@ -214,6 +217,18 @@ def test_a_plan_file_says_what_the_options_say(tmp_path):
         success=("top < 3",),
         stop_time=5,
     )
+
+
+def test_the_plans_of_the_documents_are_understood(tmp_path):
+    page = (ROOT / "docs" / "sweep.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```toml\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    (tmp_path / "plan.toml").write_text(example, encoding="utf-8")
+    plan = read_plan(tmp_path / "plan.toml")
+    assert [axis.label for axis in plan.axes] == ["plant.body_mass", "friction"]
+    plans = [read_plan(path) for path in sorted((ROOT / "docs" / "sweep").glob("*.toml"))]
+    assert len(plans) == 4
+    assert {s.label for plan in plans for s in plan.parameter_sets} == {"sliding mode", "without compensation", "PID"}
+    assert all(file.is_file() for plan in plans for s in plan.parameter_sets for file in s.files)
 
 
 def test_all_mistakes_of_a_plan_file_are_told_at_once(tmp_path):
