@@ -21,7 +21,14 @@ def blocks(tmp_path_factory):
     """A system of two blocks that remember and one that fails on demand."""
     folder = tmp_path_factory.mktemp("native")
     names = ("walker", "raising")
-    build_blocks([(BLOCKS / n / f"{n}.py", folder / f"{n}.fmu") for n in names], lambda _: None)
+    faces = {name: folder / name / f"{name}.py" for name in names}
+    for (
+        name,
+        face,
+    ) in faces.items():  # other content than in tests/fmi, which load the blocks uncompiled into this process
+        face.parent.mkdir()
+        face.write_text((BLOCKS / name / f"{name}.py").read_text() + "\n# called natively\n")
+    build_blocks([(face, folder / f"{name}.fmu") for name, face in faces.items()], lambda _: None)
     elements = [
         component("a", "walker.fmu", "pull> position< pulled<"),
         component("b", "walker.fmu", "pull> position< pulled<"),
