@@ -11,6 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 STEP_SIZE = 0.001
+LONG_ENOUGH = 0.2
+"""Time in s that the steps of one measurement should take."""
+MOST = 400_000
+"""Most steps of one measurement."""
 
 
 def arguments() -> tuple[Path, Path, Path | None]:
@@ -34,9 +38,20 @@ def serve(run: Callable[[int], float]) -> None:
 
 
 def slope(whole: Callable[[int], float]) -> Callable[[int], float]:
-    """Return a run without its start-up, for tools that start anew each time: the time of 2 n steps less that of n."""
+    """Return a run without its start-up, for tools that start anew each time: the time of 2 n steps less that of n.
+
+    n is so large that the difference is well above the start-up's scatter.
+    """
+    longer = [1]
 
     def run(steps: int) -> float:
-        return whole(2 * steps) - whole(steps)
+        if steps < 100:
+            return whole(steps)
+        while True:
+            n = longer[0] * steps
+            difference = whole(2 * n) - whole(n)
+            if difference > LONG_ENOUGH or n >= MOST:
+                return difference / longer[0]
+            longer[0] *= 4
 
     return run
