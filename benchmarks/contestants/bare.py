@@ -3,11 +3,12 @@
 import numpy as np
 from numba import njit
 
-from twip.cosim.compiled_loop import address, call_access, call_step
+from twip.cosim.compiled_loop import address, call_access, call_step, read_real, write_real
 from twip.cosim.execution import Execution
-from twip.cosim.native import NO_FUNCTIONS, native_functions
+from twip.cosim.native import NOT_NATIVE, native_access
 
-HANDLE, SETTER, INPUTS, INPUT_COUNT, FIRST_INPUT, STEPPER, GETTER, OUTPUTS, OUTPUT_COUNT, FIRST_OUTPUT = range(10)
+(NATIVE, HANDLE, SETTER, INPUTS, INPUT_COUNT, FIRST_INPUT, STEPPER, FIRST_ARGUMENT, GETTER, OUTPUTS, OUTPUT_COUNT,
+ FIRST_OUTPUT) = range(12)  # fmt: skip
 
 
 class BareCalls:
@@ -18,16 +19,16 @@ class BareCalls:
         rows = []
         for i in execution.schedule.order:
             port = execution.ports[i]
-            found = (native_functions(port.instance) if native else None) or NO_FUNCTIONS
-            row = [found.component or port.instance.handle]
-            for groups, function in ((port.inputs, found.set_real), (port.outputs, found.get_real)):
+            found = native_access(port.instance) if native else NOT_NATIVE
+            handle = port.instance.handle
+            row = [found.values, handle]
+            for groups in (port.inputs, port.outputs):
                 group = groups[0] if groups else None
                 names = group.value_references if group else []
-                call = function or (address(group.call) if group else 0)
-                row += [call, len(references), len(names), group.first if group else 0]
+                row += [address(group.call) if group else 0, len(references), len(names), group.first if group else 0]
                 references += names
-                if len(row) == 5:
-                    row.append(found.do_step or port.instance.stepper)
+                if len(row) == 6:
+                    row += [found.do_step or port.instance.stepper, found.values or handle]
             rows.append(row)
         self.rows = np.array(rows, np.int64)
         self._execution = execution
@@ -35,31 +36,47 @@ class BareCalls:
 
 
 @njit(cache=True)
+def bare_set(row, recorded, references):
+    """Set all inputs of a component."""
+    if row[NATIVE] != 0:
+        for j in range(row[INPUT_COUNT]):
+            write_real(row[NATIVE] + 8 * np.int64(references[row[INPUTS] + j]), recorded[row[FIRST_INPUT] + j])
+    elif row[INPUT_COUNT]:
+        inputs = np.int64(recorded.ctypes.data) + 8 * row[FIRST_INPUT]
+        wanted = np.int64(references.ctypes.data) + 4 * row[INPUTS]
+        call_access(row[SETTER], row[HANDLE], wanted, row[INPUT_COUNT], inputs)
+
+
+@njit(cache=True)
+def bare_get(row, references, values):
+    """Get all outputs of a component."""
+    if row[NATIVE] != 0:
+        for j in range(row[OUTPUT_COUNT]):
+            reference = np.int64(references[row[OUTPUTS] + j])
+            values[row[FIRST_OUTPUT] + j] = read_real(row[NATIVE] + 8 * reference)
+    else:
+        outputs = np.int64(values.ctypes.data) + 8 * row[FIRST_OUTPUT]
+        wanted = np.int64(references.ctypes.data) + 4 * row[OUTPUTS]
+        call_access(row[GETTER], row[HANDLE], wanted, row[OUTPUT_COUNT], outputs)
+
+
+@njit(cache=True)
 def bare_steps(times, step_size, recorded, rows, references, values):
     """Set, step and get, nothing else: every component steps with the inputs that were `recorded` for the step."""
-    wanted, scratch = np.int64(references.ctypes.data), np.int64(values.ctypes.data)
     for k in range(len(times) - 1):
-        first = np.int64(recorded[k].ctypes.data)
         for i in range(len(rows)):
-            row = rows[i]
-            if row[INPUT_COUNT]:
-                inputs = first + 8 * row[FIRST_INPUT]
-                call_access(row[SETTER], row[HANDLE], wanted + 4 * row[INPUTS], row[INPUT_COUNT], inputs)
-            call_step(row[STEPPER], row[HANDLE], times[k], step_size)
-            outputs = scratch + 8 * row[FIRST_OUTPUT]
-            call_access(row[GETTER], row[HANDLE], wanted + 4 * row[OUTPUTS], row[OUTPUT_COUNT], outputs)
+            bare_set(rows[i], recorded[k], references)
+            call_step(rows[i, STEPPER], rows[i, FIRST_ARGUMENT], times[k], step_size)
+            bare_get(rows[i], references, values)
 
 
 @njit(cache=True)
 def bare_calls(what, times, step_size, recorded, row, references, values):
     """Do one kind of call of one component, once per step: 0 set, 1 step, 2 get."""
-    wanted, scratch = np.int64(references.ctypes.data), np.int64(values.ctypes.data)
     for k in range(len(times) - 1):
         if what == 0:
-            inputs = np.int64(recorded[k].ctypes.data) + 8 * row[FIRST_INPUT]
-            call_access(row[SETTER], row[HANDLE], wanted + 4 * row[INPUTS], row[INPUT_COUNT], inputs)
+            bare_set(row, recorded[k], references)
         elif what == 1:
-            call_step(row[STEPPER], row[HANDLE], times[k], step_size)
+            call_step(row[STEPPER], row[FIRST_ARGUMENT], times[k], step_size)
         else:
-            outputs = scratch + 8 * row[FIRST_OUTPUT]
-            call_access(row[GETTER], row[HANDLE], wanted + 4 * row[OUTPUTS], row[OUTPUT_COUNT], outputs)
+            bare_get(row, references, values)

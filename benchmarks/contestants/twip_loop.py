@@ -6,13 +6,13 @@ from protocol import STEP_SIZE, arguments, serve
 
 from twip.cosim import compiled_loop, load, simulate
 from twip.cosim.log import McapLog
-from twip.cosim.native import NO_FUNCTIONS
+from twip.cosim.native import NOT_NATIVE
 
 kind = sys.argv[4]
 ssp, _, logs = arguments()
 system = load(ssp)
 if kind == "fmi":
-    compiled_loop.native_functions = lambda _: NO_FUNCTIONS
+    compiled_loop.native_access = lambda _: NOT_NATIVE
 
 
 def run(steps: int) -> float:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import TwipError
 from .component import UNFIT
 from .execution import Execution
-from .native import DECLINED, NO_FUNCTIONS, native_functions
+from .native import DECLINED, native_access
 from .ports import InputGroup, OutputGroup, Ports
 from .scalar_types import EXACT, TYPES
 from .schedule import Schedule
@@ -40,13 +40,35 @@ LEAST, MOST = (
     for bounds in zip(*((t.minimum, t.maximum) for _, t in sorted(_TYPE_OF.items())), strict=True)
 )
 """Bounds of whole numbers by kind."""
-KIND, FIRST, SIZE, REFERENCES, VARIABLES, HANDLE, FUNCTION, FMI_HANDLE, FMI_FUNCTION = range(9)
-"""Columns of a table of groups: variables of one type of a component, and the function that sets or gets them (a native
-one, if the component has it) with its first argument; then those of FMI, for what a native one declines. In FMI 3, the
-sizes of the variables follow their references.
+KIND, FIRST, SIZE, REFERENCES, VARIABLES, NATIVE, FMI_HANDLE, FMI_FUNCTION = range(8)
+"""Columns of a table of groups: variables of one type of a component, the address of the component's values in memory
+(0 if it does not give it), and the FMI function that sets or gets them with its first argument. In FMI 3, the sizes of
+the variables follow their references.
 """
 FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE, UNMAPPED = range(7)
 """How a run of steps ended."""
+
+
+@intrinsic
+def read_real(typing, address):  # type: ignore[no-untyped-def] # noqa: ARG001
+    """Return the float64 at an address."""
+
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
+        return builder.load(builder.inttoptr(values[0], context.get_value_type(types.float64).as_pointer()))
+
+    return types.float64(types.int64), generate
+
+
+@intrinsic
+def write_real(typing, address, value):  # type: ignore[no-untyped-def] # noqa: ARG001
+    """Store a float64 at an address."""
+
+    def generate(context, builder, _signature, values):  # type: ignore[no-untyped-def]
+        pointer = builder.inttoptr(values[0], context.get_value_type(types.float64).as_pointer())
+        builder.store(values[1], pointer)
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.float64), generate
 
 
 @intrinsic
@@ -226,6 +248,7 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
     if group[KIND] > 2:
         return set_variables(group, values, last, references, changed, integers)
     count = 0
+    finite = True
     for i in range(group[SIZE]):
         column = group[FIRST] + i
         value = values[column]
@@ -234,6 +257,7 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
             changed[count] = references[group[REFERENCES] + i]
             if group[KIND] == 0:
                 reals[count] = value
+                finite = finite and np.isfinite(value)
             elif is_whole(group[KIND], value):
                 integers[count] = np.int32(value)
             else:
@@ -241,12 +265,12 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
             count += 1
     if count == 0:
         return np.int32(0)
-    wanted = np.int64(changed.ctypes.data)
+    if group[NATIVE] != 0 and finite:
+        for i in range(count):
+            write_real(group[NATIVE] + 8 * np.int64(changed[i]), reals[i])
+        return np.int32(0)
     buffer = np.int64(reals.ctypes.data if group[KIND] == 0 else integers.ctypes.data)
-    status = call_access(group[FUNCTION], group[HANDLE], wanted, np.int64(count), buffer)
-    if status == DECLINED:
-        status = call_access(group[FMI_FUNCTION], group[FMI_HANDLE], wanted, np.int64(count), buffer)
-    return status
+    return call_access(group[FMI_FUNCTION], group[FMI_HANDLE], np.int64(changed.ctypes.data), np.int64(count), buffer)
 
 
 @njit(cache=True)
@@ -255,12 +279,15 @@ def get_all(group, values, references, integers):  # type: ignore[no-untyped-def
     if group[KIND] > 2:
         return get_variables(group, values, references, integers)
     first = group[FIRST]
+    if group[NATIVE] != 0:
+        for i in range(group[SIZE]):
+            values[first + i] = read_real(group[NATIVE] + 8 * np.int64(references[group[REFERENCES] + i]))
+        return np.int32(0)
     wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
     if group[KIND] == 0:
-        return call_access(
-            group[FUNCTION], group[HANDLE], wanted, group[SIZE], np.int64(values.ctypes.data) + 8 * first
-        )
-    status = call_access(group[FUNCTION], group[HANDLE], wanted, group[SIZE], np.int64(integers.ctypes.data))
+        buffer = np.int64(values.ctypes.data) + 8 * first
+        return call_access(group[FMI_FUNCTION], group[FMI_HANDLE], wanted, group[SIZE], buffer)
+    status = call_access(group[FMI_FUNCTION], group[FMI_HANDLE], wanted, group[SIZE], np.int64(integers.ctypes.data))
     for i in range(group[SIZE]):
         values[first + i] = integers[i]
     return status
@@ -354,22 +381,23 @@ def run_steps(  # type: ignore[no-untyped-def]
 
 
 def group_table(
-    groups: list[Sequence[InputGroup | OutputGroup]], calls: list[tuple[int, int, int]], references: list[int]
+    groups: list[Sequence[InputGroup | OutputGroup]], calls: list[tuple[int, int]], references: list[int]
 ) -> tuple[IntTable, IntTable]:
     """Return the table of all groups and, by component, the row of its first one; `references` collects theirs.
 
-    `calls` has for each component its FMI handle, and for Reals the first argument and the address of what to call.
+    `calls` has for each component its FMI handle and the address of its values, 0 if it is not native.
     """
     rows, first = [], [0]
-    for own, (handle, argument, function) in zip(groups, calls, strict=True):
+    for own, (handle, values) in zip(groups, calls, strict=True):
         for group in own:
-            kind, fmi = KINDS[group.counts_values][group.type], (handle, address(group.call))
-            call = (argument, function) if group.type == "Real" and function and not group.counts_values else fmi
-            variables = len(group.value_references)
-            rows.append((kind, group.first, group.size, len(references), variables, *call, *fmi))
+            kind, variables = KINDS[group.counts_values][group.type], len(group.value_references)
+            native = values if group.type == "Real" and not group.counts_values else 0
+            rows.append(
+                (kind, group.first, group.size, len(references), variables, native, handle, address(group.call))
+            )
             references += group.value_references + (group.sizes if group.counts_values else [])
         first.append(len(rows))
-    return np.array(rows, np.int64).reshape(-1, 9), np.array(first, np.int64)
+    return np.array(rows, np.int64).reshape(-1, 8), np.array(first, np.int64)
 
 
 def mapping_table(plan: Schedule) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
@@ -405,19 +433,15 @@ class CompiledLoop:
         plan = execution.schedule
         self._ports = [port for port in execution.ports if isinstance(port, Ports)]
         references: list[int] = []
+        natives = [native_access(port.instance) for port in self._ports]
         handles = [port.instance.handle or 0 for port in self._ports]
-        found = [native_functions(port.instance) or NO_FUNCTIONS for port in self._ports]
-        natives = list(zip(handles, found, strict=True))
-        setters, first_setter = group_table(
-            [port.inputs for port in self._ports], [(h, n.component, n.set_real) for h, n in natives], references
-        )
-        getters, first_getter = group_table(
-            [port.outputs for port in self._ports], [(h, n.component, n.get_real) for h, n in natives], references
-        )
+        calls = [(handle, native.values) for handle, native in zip(handles, natives, strict=True)]
+        setters, first_setter = group_table([port.inputs for port in self._ports], calls, references)
+        getters, first_getter = group_table([port.outputs for port in self._ports], calls, references)
         steps = []
-        for port, (handle, native) in zip(self._ports, natives, strict=True):
+        for port, handle, native in zip(self._ports, handles, natives, strict=True):
             fmi = handle, port.instance.stepper
-            steps.append((native.component, native.do_step, *fmi) if native.do_step else fmi * 2)
+            steps.append((native.values, native.do_step, *fmi) if native.do_step else fmi * 2)
         self.steppers = np.array(steps, np.int64).reshape(-1, 4)
         """By component: first argument and address of what steps it, then those of FMI, for what is declined."""
         widest = max([1, *setters[:, SIZE], *getters[:, SIZE]])

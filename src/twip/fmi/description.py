@@ -16,8 +16,8 @@ GENERATION_DATE = "2026-01-01T00:00:00Z"
 """The same for every build, so that the same source gives the same bytes."""
 
 NATIVE_TOOL = "org.twip.native"
-"""Name of the annotation by which a master may find C functions that do what fmi2SetReal (for inputs), fmi2DoStep and
-fmi2GetReal do without entering Python; docs/native.md has the protocol.
+"""Name of the annotation by which a master may find the values in memory and the compiled step; docs/native.md has the
+protocol.
 """
 
 

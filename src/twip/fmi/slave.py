@@ -130,7 +130,7 @@ class BlockSlave:
         return [x != 0.0 for x in self._get(vrs, "Boolean")]
 
     def get_string(self, vrs: Sequence[int]) -> list[str]:
-        """Return where the native functions are; there are no other String variables."""
+        """Return where the values and the native step are; there are no other String variables."""
         if list(vrs) == [NATIVE_REFERENCE]:
             return [" ".join(map(str, self._block.native))]
         self._get(vrs, "String")
@@ -218,7 +218,6 @@ class BlockSlave:
             return self._check_outputs(f"after {when}")
         if self._gate[0] == ENTERED:
             self._advance(time, step_size)  # raises what could not leave the native step
-            self._fail(f"{when} failed in compiled code")
         elif self._mode != STEPPING:
             self._fail("a step is possible only between initialization and termination")
         elif not (0.0 < step_size < inf and isfinite(time)):

@@ -5,11 +5,11 @@ from functools import cache
 from operator import attrgetter
 from typing import Any
 
-from ..robot.kernel import EntryPoints, entry_points
+from ..robot.kernel import entry_point
 from .declare import Block, Variable
 
 NATIVE_REFERENCE = 2**31 - 1
-"""Value reference of a String that is no variable: it says where the native functions of an instance are (see
+"""Value reference of a String that is no variable: it says where the values and the native step of an instance are (see
 `model_description`).
 """
 
@@ -55,10 +55,10 @@ class Table:
         self.all_values = getter(self.attributes)
 
     @cache  # noqa: B019 (a block has one table, which lives as long as the process)
-    def compiled(self) -> EntryPoints:
-        """Return the block's functions compiled, on the address of values in the order of `attributes`."""
+    def compiled_step(self) -> int:
+        """Return the address of the block's step compiled, on values in the order of `attributes`."""
         outputs = self.attributes.index(self.outputs[0].attribute), len(self.outputs)
-        return entry_points(self.block.initialize, self.block.step, self.attributes, outputs)
+        return entry_point(self.block.step, self.attributes, outputs)
 
     def start_values(self, values: Any) -> Any:
         """Set parameters and inputs to their start, all others to zero, and return `values`."""

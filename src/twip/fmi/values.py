@@ -6,8 +6,11 @@ from functools import partial
 from struct import Struct
 from typing import Any, Protocol
 
-from ..robot.kernel import COMPILES, WAITING
+from ..robot.kernel import COMPILES, ENTERED, WAITING
 from .table import Table, getter
+
+_STEP = ctypes.PYFUNCTYPE(ctypes.c_int32, ctypes.c_int64, ctypes.c_double, ctypes.c_double, ctypes.c_int32)
+"""The compiled step: address of the values, time, step size, and a number that FMI passes on."""
 
 
 class Values(Protocol):
@@ -17,7 +20,7 @@ class Values(Protocol):
     gate: Any
     """One number (1,) that lets native steps pass or not; see `kernel`."""
     native: tuple[int, ...]
-    """Addresses of the values and of the native functions that set, step and get; empty where nothing is compiled."""
+    """Addresses of the values and of the compiled step; empty where nothing is compiled."""
 
     def initialize(self, time: float) -> None:
         """Run the block's initialization."""
@@ -82,12 +85,23 @@ class CompiledValues:
         self._memory: Any = memoryview(self.v).cast("B").cast("d")
         self.gate: Any = self._memory[size:]
         self.gate[0] = WAITING
-        first = table.attributes.index(table.outputs[0].attribute)
-        functions = table.compiled()
-        address = ctypes.addressof(self.v)
-        self.native: tuple[int, ...] = (address, *functions.native)
-        self.initialize = partial(functions.initialize, address)
-        self.advance = partial(functions.step, address, first, len(table.outputs))
+        address, step = ctypes.addressof(self.v), table.compiled_step()
+        self.native: tuple[int, ...] = (address, step)
+        self._step = partial(_STEP(step), address)
+        self._table = table
+
+    def initialize(self, time: float) -> None:
+        """Run the block's initialization."""
+        self._table.block.initialize(self.v, time)
+
+    def advance(self, time: float, step_size: float) -> bool:
+        """Run the block's step; False tells that an output may be infinite or not a number."""
+        if self._step(time, step_size, 1) == 0:
+            return True
+        if self.gate[0] == ENTERED:  # an exception, which could not leave the compiled step: raise it here
+            self._table.block.step(self.v, time, step_size)
+            raise ArithmeticError("the compiled step failed")
+        return False
 
     def reader(self, references: Sequence[int]) -> Callable[[], list[float]]:
         """Return a function that reads the values behind value references."""
