@@ -22,11 +22,13 @@ examples:
   twip identify bench.csv --side left --zero 4 --out left.ssv
   twip identify stairs.mcap run_up.mcap slow.mcap --side right --zero 4 --out right.ssv
   twip identify mine.csv --side left --time t:ms --current I:mA --count enc --encoder-resolution 1024
+  twip identify robot.mcap --side left --current /motor.current:mA --count /joints.ticks[0]
   twip identify samples.csv --side left --speed n:rpm
   twip run ssp/twip.ssp --parameters left.ssv right.ssv
 
 Identify one motor's friction (per direction) and the inertia on its shaft from bench data, print a table
-with 95 % intervals, and write a parameter set. Data: CSV, or MCAP logs of twip; time series of the motor's
+with 95 % intervals, and write a parameter set. Data: CSV, or MCAP (logs of twip, or of
+any robot in JSON, protobuf or ROS 2's CDR, columns then named topic.field); time series of the motor's
 current and encoder count (or speed), equally spaced rows; all files of one call are about one motor. A CSV
 file without time column holds steady samples, one per row. A parameter that the data cannot tell is
 reported as such and not written.

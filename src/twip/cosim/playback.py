@@ -9,10 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zstandard
-from google.protobuf.message import DecodeError
 from mcap import records
-from mcap.exceptions import McapError
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from numpy.typing import NDArray
 
@@ -20,25 +17,15 @@ from twip.cosim import log_event, log_texts
 
 from ..errors import TwipError
 from .log_file import Attachment
+from .log_open import bytes_of, damage_told
 from .log_scan import BODY_HEAD, DamagedError, Scan, scan
 from .log_schema import FORMAT, WIRES, Layout, read_schema
 from .record import Channel, columns
 from .texts import number_of
 
-DECODING_ERRORS = (
-    DamagedError,
-    DecodeError,
-    IndexError,
-    KeyError,
-    McapError,
-    MemoryError,
-    OverflowError,
-    RuntimeError,  # lz4
-    TypeError,
-    ValueError,  # checksums and UTF-8 too
-    struct.error,
-    zstandard.ZstdError,
-)
+
+class ForeignLogError(TwipError):
+    """The file is a sound MCAP file that twip has not written."""
 
 
 @dataclass(frozen=True)
@@ -98,32 +85,20 @@ class Playback:
 def read(path: str | Path) -> Playback:
     """Read a log that twip has written, also one that another tool has recompressed, filtered or mended since.
 
-    Channels others have added are left out. Raises TwipError when the file cannot be read, is damaged, or is no log of
-    twip.
+    Channels others have added are left out. Raises TwipError when the file cannot be read or is damaged,
+    ForeignLogError when it is no log of twip.
     """
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise TwipError(f"log {str(path)!r} cannot be read: {reason}") from error
-    if not data:
-        raise TwipError(f"log {str(path)!r} is empty")
-    try:
+    data = bytes_of(path)
+    with damage_told(path):
         return _playback(path, scan(data))
-    except DECODING_ERRORS as error:
-        said = str(error).splitlines()
-        reason = (said or [""])[0]
-        if not isinstance(error, DamagedError):
-            reason = f"{type(error).__name__} {reason}".strip()
-        raise TwipError(f"log {str(path)!r} is damaged or no MCAP file: {reason}") from error
 
 
 def _playback(path: Path, found: Scan) -> Playback:
     ours = {i: channel for i, channel in found.channels.items() if "twip.format" in channel.metadata}
     if not ours:
         encodings = ", ".join(sorted({c.message_encoding or "none" for c in found.channels.values()})) or "none"
-        raise TwipError(
+        raise ForeignLogError(
             f"{str(path)!r} is not a log of twip: "
             f"it was written by {found.library!r} and has {len(found.channels)} channels (encodings: {encodings})"
         )

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ...cosim.playback import ForeignLogError
 from ...cosim.playback import read as read_log
 from ...errors import TwipError
 from .columns import Column, Columns
+from .foreign import read_foreign
 from .recording import Array, Recording
 from .steady import SteadySamples, given_samples
 
@@ -33,10 +35,14 @@ def read_data(path: Path, columns: Columns, encoder_resolution: float, zero: flo
     except OSError as error:
         raise TwipError(f"{path}: cannot be read ({error.strerror})") from None
     if logged:
-        log = read_log(path)
-        numbers = {name: np.asarray(v, np.float64) for name, v in log.signals.items() if v.dtype != object}
-        signals = {"time": log.times, **numbers}
         lines = None
+        try:
+            log = read_log(path)
+        except ForeignLogError:
+            signals, columns = read_foreign(path, columns)
+        else:
+            numbers = {name: np.asarray(v, np.float64) for name, v in log.signals.items() if v.dtype != object}
+            signals = {"time": log.times, **numbers}
     else:
         signals, lines = _read_csv(path)
     place = str(path)
