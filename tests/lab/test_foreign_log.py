@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from foreign_logs import START, write_json, write_protobuf, write_ros2
+from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 from identification_motor import Motor
 from mcap.writer import Writer
 
@@ -163,6 +164,9 @@ def one_message(path, encoding, data, schema=None):
 
 
 CDR = b"\0\1\0\0"
+CIRCLE = FileDescriptorSet(
+    file=[FileDescriptorProto(name="a", dependency=["b"]), FileDescriptorProto(name="b", dependency=["a"])]
+).SerializeToString()
 HOSTILE = {
     "nested": ("json", b'{"x":' * 100_000 + b"1" + b"}" * 100_000, None, "RecursionError"),
     "digits": ("json", b'{"x": 1' + b"0" * 400 + b"}", None, "/t.x has a number that is too large"),
@@ -171,6 +175,7 @@ HOSTILE = {
     "no schema": ("cdr", b"", None, "encoded as 'cdr' with a schema in ''"),
     "descriptor": ("protobuf", b"", ("A", "protobuf", b"\xff\xff"), "the schema of /t is damaged"),
     "no type": ("protobuf", b"", ("A", "protobuf", b""), "the schema of /t is damaged"),
+    "files": ("protobuf", b"", ("A", "protobuf", CIRCLE), "the schema of /t is damaged: CycleError"),
     "short": ("cdr", CDR + b"\0", ("a/A", "ros2msg", b"float64 x"), "it ends at byte 5"),
     "length": ("cdr", CDR + b"\xff" * 4, ("a/A", "ros2msg", b"float64[] x"), "it ends at byte 8"),
     "empties": ("cdr", CDR + b"\xff" * 4, ("a/A", "ros2msg", b"B[] x\n===\nMSG: a/B\n"), "it ends within x"),

@@ -1,6 +1,7 @@
 """Decodes messages in protobuf by the descriptors that are recorded with them (a FileDescriptorSet)."""
 
 from collections.abc import Callable, Mapping, Sequence
+from graphlib import TopologicalSorter
 from typing import Any
 
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
@@ -8,20 +9,14 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
-from ...cosim.log_scan import DamagedError
-
 
 def decoder(name: str, schema: bytes) -> Callable[[bytes], Any]:
     """Return what turns messages of the type `name` into mappings; raises what protobuf raises at a broken schema."""
     pool = DescriptorPool()
-    waiting = {file.name: file for file in FileDescriptorSet.FromString(schema).file}
-    while waiting:
-        ready = [file for file in waiting.values() if not any(needed in waiting for needed in file.dependency)]
-        if not ready:
-            raise DamagedError(f"the files of {name} depend on each other in a circle")
-        for file in ready:
-            pool.Add(file)
-            del waiting[file.name]
+    files = {file.name: file for file in FileDescriptorSet.FromString(schema).file}
+    for needed in TopologicalSorter({file.name: file.dependency for file in files.values()}).static_order():
+        if needed in files:
+            pool.Add(files[needed])
     made = GetMessageClass(pool.FindMessageTypeByName(name))
     return lambda data: _plain(made.FromString(data))
 
