@@ -1,11 +1,12 @@
-"""`twip report`: a log becomes one HTML file with the moving robot, plots and tables."""
+"""`twip report`: a log or the results of a sweep become one HTML file with plots and tables."""
 
 import argparse
 from pathlib import Path
 
 from ..cosim.playback import read
+from ..errors import TwipError
 from ..lab.metrics import is_robot, measure
-from ..lab.report import report
+from ..lab.report import report, sweep_report
 from .paths import refuse_clashes
 from .terminal import print_json, print_rows
 
@@ -14,15 +15,19 @@ examples:
   twip report logs/twip.mcap
   twip report logs/twip.mcap logs/pid.mcap --out compared.html
   twip report logs/bench.mcap --signals 'motor.*'
+  twip report logs/sweep.parquet
 
 Make an HTML file of a log that opens in any browser, offline: the robot from the side and from above, moving,
-plots that follow it, metrics, parameters and origin. Several logs are laid over each other and compared."""
+plots that follow it, metrics, parameters and origin. Several logs are laid over each other and compared.
+The results of a sweep give a report of their own: success rates, maps, ranking, metrics, failed runs."""
 
 
 def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.mcap", help="logs of twip")
+    parser.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG.mcap", help="logs of twip, or one RESULTS.parquet of a sweep"
+    )
     parser.add_argument(
         "--out", type=Path, metavar="FILE.html", help="default: beside the first log, with the ending .html"
     )
@@ -42,6 +47,16 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the report, and return the exit status."""
     out = arguments.out or arguments.logs[0].with_suffix(".html")
     refuse_clashes([("LOG.mcap", log) for log in arguments.logs], {"--out": out})
+    sweeps = [log for log in arguments.logs if log.suffix == ".parquet"]
+    if sweeps and (len(arguments.logs) > 1 or arguments.signals):
+        raise TwipError(f"{sweeps[0]}: the results of a sweep are reported alone, without logs and --signals")
+    if sweeps:
+        sweep_report(sweeps[0], out)
+        if arguments.json:
+            print_json({"report": out, "bytes": out.stat().st_size})
+        else:
+            print_rows(("report", out), ("size", f"{out.stat().st_size / 1e6:.1f} MB"))
+        return 0
     logs = [read(log) for log in arguments.logs]
     report(logs, out, arguments.signals)
     if arguments.json:

@@ -1,5 +1,6 @@
-"""The report of a run: one HTML file with the moving robot, plots and tables that opens anywhere, offline."""
+"""Reports of runs and of sweeps: one HTML file that opens anywhere, offline."""
 
 from .page import report
+from .sweep import sweep_report
 
-__all__ = ["report"]
+__all__ = ["report", "sweep_report"]

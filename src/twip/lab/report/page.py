@@ -36,7 +36,11 @@ def report(logs: Sequence[Playback], path: Path, names: Sequence[str] = ()) -> P
     """
     if empty := [str(log.path) for log in logs if not len(log.times)]:
         raise TwipError("\n".join(f"log {name!r} has no rows to show" for name in empty))
-    text = page(logs, names)
+    return write_page(page(logs, names), path)
+
+
+def write_page(text: str, path: Path) -> Path:
+    """Write a page to `path`, and return it. Raises TwipError when it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8", errors="backslashreplace")
@@ -82,8 +86,8 @@ def page(logs: Sequence[Playback], names: Sequence[str] = ()) -> str:
         footer=escape(f"{note} twip {version('twip')}, drawn with Bokeh {version('bokeh')}."),
         data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
         samples=packed_text,
-        bokeh=_inert("\n".join(Resources(mode="inline", components=["bokeh", "bokeh-api"], minified=True).js_raw)),
-        scripts=_inert("\n".join(own[name] for name in SCRIPTS)),
+        bokeh=inert("\n".join(Resources(mode="inline", components=["bokeh", "bokeh-api"], minified=True).js_raw)),
+        scripts=inert("\n".join(own[name] for name in SCRIPTS)),
     )
 
 
@@ -157,6 +161,6 @@ def _robot(log: Playback, index: int, color: str, samples: Samples) -> dict[str,
     }
 
 
-def _inert(script: str) -> str:
+def inert(script: str) -> str:
     """Return a script in which nothing ends the element that holds it."""
     return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")

@@ -9,7 +9,7 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -99,6 +99,8 @@ class Results:
     """The plan's description; see `Plan.describe`."""
     runs: int
     """Runs of the whole sweep; the file holds fewer if it was interrupted."""
+    versions: dict[str, str] = field(default_factory=dict)
+    """Of Python and of the packages that made it."""
 
     @classmethod
     def read(cls, path: Path) -> "Results":
@@ -107,7 +109,7 @@ class Results:
         try:
             table = parquet.read_table(path)
             told = json.loads(table.schema.metadata[KEY])
-            result = cls(table.to_pydict(), dict(told["sweep"]), int(told["runs"]))
+            result = cls(table.to_pydict(), dict(told["sweep"]), int(told["runs"]), dict(told.get("versions", {})))
             if not {"run", "verdict", *result.axes} <= result.columns.keys():
                 raise ValueError
             if not {"design", "samples"} <= result.description.keys():

@@ -1,9 +1,7 @@
 """The pictures of a sweep: a map over two axes, the success rate along one, and the ranking of the axes."""
 
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,12 +9,10 @@ from matplotlib.colors import ListedColormap
 
 from ...errors import TwipError
 from ..drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, picture
+from .classes import Classes, cell_means, groups
 from .parquet import Results
 from .statistics import CONFIDENCE, Array, Influence, Rate, rank_regression, sobol_indices
 
-MOST_TICKS = 24
-BINS = 8
-"""Classes of an axis that was sampled from a distribution."""
 _COLOURS = (BLUE, RED, GREEN, ORANGE, INK, GREY)
 _PASSES = ListedColormap(
     [tuple(np.array((0.82, 0.29, 0.36)) * (1 - s) + np.array((0.82, 0.91, 0.96)) * s) for s in np.linspace(0, 1, 64)]
@@ -31,10 +27,10 @@ def draw_map(results: Results, x: str, y: str, what: str, path: Path, title: str
     """
     _check_axes(results, (x, y))
     _check_judged(results, what)
-    across, down = _Classes(results, x), _Classes(results, y)
+    across, down = Classes(results, x), Classes(results, y)
     values = results.numbers(what)
-    panels = list(_panels(results, {x, y}))
-    cells = [_means(values, chosen, across, down) for _, chosen in panels]
+    panels = list(groups(results, {x, y}))
+    cells = [cell_means(values, chosen, across, down) for _, chosen in panels]
     shown = np.concatenate([c[np.isfinite(c)] for c in cells])
     if not shown.size:
         raise TwipError(f"{what} is finite in no run")
@@ -53,17 +49,6 @@ def draw_map(results: Results, x: str, y: str, what: str, path: Path, title: str
         grid[0].figure.colorbar(image, ax=grid, label="share that passes" if what == "success" else what)
 
 
-def _means(values: Array, chosen: Any, across: "_Classes", down: "_Classes") -> Array:
-    """Return the mean of the finite values in each cell (down, across) of some runs, nan where there are none."""
-    means = np.full((down.count, across.count), np.nan)
-    for i in range(down.count):
-        for j in range(across.count):
-            inside = chosen & (down.index == i) & (across.index == j) & np.isfinite(values)
-            if np.any(inside):
-                means[i, j] = np.mean(values[inside])
-    return means
-
-
 def draw_rate(results: Results, along: Sequence[str], path: Path, title: str = "") -> None:
     """Draw the success rate with its interval along each of some axes, one line per parameter set.
 
@@ -74,8 +59,8 @@ def draw_rate(results: Results, along: Sequence[str], path: Path, title: str = "
     success = results.numbers("success")
     with picture(path, title or f"Success rate over {', '.join(along)}", [2.6] * len(along), width=7.0) as panels:
         for x, axes in zip(along, panels, strict=True):
-            classes = _Classes(results, x)
-            for (label, chosen), colour in zip(_panels(results, {x}), _cycle(), strict=False):
+            classes = Classes(results, x)
+            for (label, chosen), colour in zip(groups(results, {x}), _cycle(), strict=False):
                 rates = [_rate(success[chosen & (classes.index == i)]) for i in range(classes.count)]
                 _line(axes, [i + 0.5 for i in range(classes.count)], rates, colour, label)
             classes.label(axes.xaxis)
@@ -138,50 +123,6 @@ def _line(axes: Axes, places: list[float], rates: list[Rate], colour: str, label
         [p for p, _ in shown], shares, yerr=[low, high], color=colour, label=label, marker="o", markersize=4,
         capsize=3, linewidth=1.4,
     )  # fmt: skip
-
-
-class _Classes:
-    """The values of an axis as classes: each value of a list or grid, or intervals of equal width of a distribution."""
-
-    def __init__(self, results: Results, name: str):
-        axis = next((a for a in results.description["axes"] if a["label"] == name), None)
-        self._name = f"{name}, multiples of its value" if axis is not None and axis["factor"] else name
-        column = results.columns[name]
-        self._edges: Array | None = None
-        if axis is not None and axis["distribution"] is not None:
-            values = results.numbers(name)
-            self._edges = np.linspace(np.min(values), np.max(values), BINS + 1)
-            self.index = np.clip(np.searchsorted(self._edges, values, side="right") - 1, 0, BINS - 1)
-            self.count = BINS
-        else:
-            known = list(dict.fromkeys(column))
-            if all(isinstance(v, int | float) for v in known):
-                known.sort()
-            self.index = np.array([known.index(v) for v in column])
-            self.count = len(known)
-            self._known = known
-
-    def label(self, axis: Any) -> None:
-        """Put ticks and a name on an axis on which class i covers i to i + 1."""
-        if self._edges is not None:
-            axis.set_ticks(range(self.count + 1), [f"{e:.3g}" for e in self._edges])
-        else:
-            every = math.ceil(self.count / MOST_TICKS)
-            texts = [f"{v:.3g}" if isinstance(v, float) else str(v) for v in self._known]
-            axis.set_ticks([i + 0.5 for i in range(0, self.count, every)], texts[::every])
-        if axis.axis_name == "x":
-            axis.axes.tick_params(axis="x", rotation=60 if self.count > 8 else 0)
-        axis.set_label_text(self._name)
-
-
-def _panels(results: Results, drawn: set[str]) -> Iterator[tuple[str, Any]]:
-    """Give label and rows of each parameter set, or of all runs where there is none or it is an axis of the picture."""
-    column = results.columns.get("parameters")
-    if column is None or "parameters" in drawn:
-        yield "", np.ones(len(results.columns["run"]), bool)
-    else:
-        for label in dict.fromkeys(column):
-            yield str(label), np.array([v == label for v in column])
 
 
 def _check_axes(results: Results, names: Sequence[str]) -> None:
