@@ -2,7 +2,7 @@
 
     python benchmarks/masters.py                      all parts; writes docs/performance.md and docs/performance.png
     python benchmarks/masters.py --only contest       one part: contest, parts, growth or precision; writes nothing
-    python benchmarks/masters.py --quick              fewer repetitions; writes nothing
+    python benchmarks/masters.py --quick              3 repetitions instead of 7; writes nothing
     python benchmarks/masters.py --cofmupy PYTHON     an interpreter that has CoFmuPy, which pins old versions
 
 Everything is pinned to one processor and measured in turns; ratios of medians within one run are what counts. Takes
@@ -119,12 +119,12 @@ def main() -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=["contest", "parts", "growth", "precision"], help="one part; default: all")
-    parser.add_argument("--quick", action="store_true", help="3 repetitions instead of 9; writes nothing")
+    parser.add_argument("--quick", action="store_true", help="3 repetitions instead of 7; writes nothing")
     parser.add_argument("--cofmupy", metavar="PYTHON", help="an interpreter with CoFmuPy; default: this one")
     arguments = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    repetitions = 3 if arguments.quick else 9
+    repetitions = 3 if arguments.quick else 7
     held: list[tuple[str, float, float, bool]] = []
     sections: dict[str, list[str]] = {}
     data: dict[str, object] = {}

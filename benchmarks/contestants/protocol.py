@@ -11,9 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 STEP_SIZE = 0.001
-LONG_ENOUGH = 0.2
+LONG_ENOUGH = 0.1
 """Time in s that the steps of one measurement should take."""
-MOST = 400_000
+MOST = 40_000
 """Most steps of one measurement."""
 
 
