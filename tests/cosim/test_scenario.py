@@ -10,6 +10,11 @@ import pytest
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
+from twip.cosim.coupling import Coupling
+from twip.cosim.faults import Faults
+from twip.cosim.links import Conversion
+from twip.cosim.scenario import Fault
+from twip.cosim.schedule import make_schedule
 from twip.errors import TwipError
 
 STEP = 1 / 8
@@ -383,3 +388,23 @@ def test_mutated_files_end_without_a_traceback(path):
             except TwipError as failure:  # without a file for the checkpoint no mutant is run
                 refused += "a checkpoint interval needs a file" not in str(failure)
     assert refused > 500
+
+
+def test_an_input_behind_a_connector_without_time_series_cannot_fail(folder):
+    """Its connection is not there to fail, and no other one may fail in its place."""
+    parts = [component(name, "CosimGain.fmu", "u> y<") for name in "ab"]
+    path = write(folder, system(parts, [connection("cmd -> a.u"), connection("a.y -> b.u")], "cmd>"))
+    with load(path) as loaded:
+        (folder / "s.toml").write_text(fault("stuck", "a.u", value=1))
+        with pytest.raises(
+            TwipError, match=r"^faults\[0\]: no time series drives cmd, its connection to a.u carries no"
+        ):
+            simulate(loaded, step_size=STEP, scenario=folder / "s.toml")
+        (folder / "s.toml").write_text("[inputs]\ncmd = [[0, 2]]\n" + fault("bias", "a.u", value=1))
+        table = Table(loaded.channels)
+        simulate(loaded, step_size=STEP, sinks=[table], scenario=folder / "s.toml")
+        assert table["a.u"][-1] == 3.0
+        target = loaded.columns.index("a.u")
+        planned = Fault("faults[0]", "a.u", "stuck", "1.0", 1.0, 0, ((target, Conversion()),), (None, None), 0, 1, 0)
+        with pytest.raises(TwipError, match=r"nothing is copied to a.u, it cannot fail"):
+            Faults([planned], make_schedule(loaded, Coupling()))

@@ -91,8 +91,11 @@ class FaultEntries(Entries):
         column = self.names.index(name)
         opened = {connector.column for connector in self.system.open_connectors}
         leaving = [c for c in copies if c.source == column]
-        if column in opened and column not in driven:
-            self.problems.add(f"{label}: no time series drives {name}, its connections carry nothing", place)
+        beginning = next((c.source for c in copies if c.destination == column), column)
+        if beginning in opened and beginning not in driven:
+            carry = "connections carry" if beginning == column else f"connection to {name} carries"
+            text = f"{label}: no time series drives {self.names[beginning]}, its {carry} nothing"
+            self.problems.add(text, place)
         elif leaving:
             return column, tuple((c.destination, Conversion(c.conversion, c.mapping)) for c in leaving)
         elif column not in carrying and any(c.destination == column for c in copies):

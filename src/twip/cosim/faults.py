@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import TwipError
 from .links import Conversion
 from .scenario import Fault
 from .schedule import Schedule
@@ -44,8 +45,8 @@ class Failing:
     arrived: int
     past: int
     """Hidden columns."""
-    copy: int = 0
-    """Index of the copy that is the fault."""
+    copy: int = -1
+    """Index of the copy that is the fault; set when the schedule is planned."""
     history: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """What arrived in the last n steps (n,), for a delay of n steps."""
 
@@ -153,6 +154,9 @@ def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
     for item in failing:
         chains.setdefault(item.destination, []).append(item)
     ends = schedule.destination.tolist()
+    for item in failing:
+        if item.destination not in ends:
+            raise TwipError(f"{item.fault}: nothing is copied to {schedule.names[item.destination]}, it cannot fail")
     lengths = [1 + len(chains.get(end, ())) for end in ends]
     first = np.cumsum([0, *lengths], dtype=np.int32)
     repeated: dict[str, Any] = {name: np.repeat(getattr(schedule, name), lengths) for name in _PER_COPY}
