@@ -18,7 +18,7 @@ from twip.cosim.playback import read
 from twip.fmi.build import build_fmi3
 
 ROOT = Path(__file__).parents[1]
-GUIDE = (ROOT / "docs" / "own_block.md").read_text(encoding="utf-8")
+GUIDE = (ROOT / "docs" / "own_block.md").read_text(encoding="utf-8").partition("## A recording as a block")[0]
 C_FILES = ROOT / "docs" / "own_block"
 VOLTAGES = ("controller.left.voltage", "controller.right.voltage")
 
