@@ -42,16 +42,16 @@ def slope(whole: Callable[[int], float]) -> Callable[[int], float]:
 
     n is so large that the difference is well above the start-up's scatter.
     """
-    longer = [1]
+    counted = [100]
 
     def run(steps: int) -> float:
         if steps < 100:
             return whole(steps)
         while True:
-            n = longer[0] * steps
+            n = counted[0]
             difference = whole(2 * n) - whole(n)
             if difference > LONG_ENOUGH or n >= MOST:
-                return difference / longer[0]
-            longer[0] *= 4
+                return difference / n * steps
+            counted[0] *= 4
 
     return run
