@@ -1,6 +1,6 @@
 """The metrics of a run, on a record whose answers are known in closed form."""
 
-from math import inf, radians
+from math import inf, isnan, radians
 
 import numpy as np
 import pytest
@@ -68,14 +68,19 @@ def test_a_fall_is_told_with_its_time():
     assert not judge(fallen).balanced
 
 
-def test_a_short_record_is_judged_by_its_last_value():
-    short = record()
-    keep = Columns.times <= 2.0
-    cut = Columns({name: values[keep] for name, values in short.items()})
+@pytest.mark.parametrize(
+    ("until", "sentence"), [(2.0, "ended 1 s after release, too early to tell"), (0.9, "not released")]
+)
+def test_a_short_record_is_not_judged(until, sentence):
+    keep = Columns.times <= until
+    cut = Columns({name: values[keep] for name, values in record().items()})
     cut.times = Columns.times[keep]
-    found = measure(cut)
-    assert found["balanced"] == 0.0
-    assert found["peak_pitch_settled"] == abs(cut["plant.pitch"][-1])
+    found = judge(cut)
+    assert found.sentence() == sentence
+    assert not found.balanced
+    assert not found.decided
+    assert all(isnan(found.metrics[name]) for name in ("peak_pitch_settled", "steady_state_error", "settling_time"))
+    assert found.text("settling_time") == "–"
 
 
 def test_no_rows_and_no_robot():

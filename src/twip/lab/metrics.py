@@ -6,7 +6,7 @@ rad, times in s since the start of the record, voltages in V, energy in J.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import degrees, inf
+from math import degrees, inf, isnan, nan
 from typing import Any, Protocol
 
 import numpy as np
@@ -51,9 +51,11 @@ def is_robot(names: Mapping[str, object] | list[str]) -> bool:
 
 
 def release_time(record: Record) -> float:
-    """Return the last time at which the robot is still held (or rests) at the beginning, in s."""
+    """Return the last time at which the robot is still held (or rests) at first, in s; nan if it never moves."""
     moving = np.flatnonzero(record["plant.pitch_rate"] != 0.0)
-    return float(record.times[moving[0] - 1]) if moving.size and moving[0] else float(record.times[0])
+    if not moving.size:
+        return nan
+    return float(record.times[moving[0] - 1]) if moving[0] else float(record.times[0])
 
 
 def fallen_at(record: Record) -> float:
@@ -63,10 +65,9 @@ def fallen_at(record: Record) -> float:
 
 
 def steady_pitch(record: Record) -> Array:
-    """Return the pitch from `SETTLED_AFTER` s after the release on, in rad; of a shorter record its last value."""
+    """Return the pitch from `SETTLED_AFTER` s after the release on, in rad; nothing of a shorter record."""
     pitch: Array = record["plant.pitch"]
-    steady = pitch[record.times >= release_time(record) + SETTLED_AFTER]
-    return steady if steady.size else pitch[-1:]
+    return pitch[record.times >= release_time(record) + SETTLED_AFTER]
 
 
 def balanced(record: Record) -> float:
@@ -76,22 +77,30 @@ def balanced(record: Record) -> float:
 
 
 def peak_pitch_settled(record: Record) -> float:
-    """Return the largest magnitude of the pitch in steady state, in rad."""
-    return float(np.max(np.abs(steady_pitch(record))))
+    """Return the largest magnitude of the pitch in steady state, in rad; nan of a record that ends before."""
+    steady = steady_pitch(record)
+    return float(np.max(np.abs(steady))) if steady.size else nan
 
 
 def steady_state_error(record: Record) -> float:
-    """Return the magnitude of the mean pitch in steady state, in rad."""
-    return float(abs(np.mean(steady_pitch(record))))
+    """Return the magnitude of the mean pitch in steady state, in rad; nan of a record that ends before."""
+    steady = steady_pitch(record)
+    return float(abs(np.mean(steady))) if steady.size else nan
 
 
 def pitch_overshoot(record: Record) -> float:
     """Return how far the pitch swings beyond upright, seen from where it is released, in rad."""
-    return overshoot(_released(record)[1], 0.0)
+    pitch = _released(record)[1]
+    return overshoot(pitch, 0.0) if pitch.size else nan
 
 
 def pitch_settling_time(record: Record) -> float:
-    """Return the time from the release until the pitch stays within `PITCH_LIMIT`, in s; inf if it never does."""
+    """Return the time from the release until the pitch stays within `PITCH_LIMIT`, in s; inf if it never does.
+
+    nan of a record that ends before the steady state: it cannot tell.
+    """
+    if not steady_pitch(record).size:
+        return nan
     return settling_time(*_released(record), 0.0, PITCH_LIMIT)
 
 
@@ -113,7 +122,7 @@ def energy(record: Record) -> float:
 def estimator_error(record: Record) -> float:
     """Return the largest difference between estimated and real pitch from the release on, in rad."""
     error = np.abs(record["estimator.pitch"] - record["plant.pitch"])[record.times >= release_time(record)]
-    return float(np.max(error)) if error.size else 0.0
+    return float(np.max(error)) if error.size else nan
 
 
 def _released(record: Record) -> tuple[Array, Array]:
@@ -136,7 +145,7 @@ class Metric:
     def text(self, value: float) -> str:
         """Return a value as people read it, with its unit."""
         if not np.isfinite(value):
-            return "never"
+            return "–" if isnan(value) else "never"
         unit = self.shown_unit or self.unit
         if unit == "1":
             return f"{value:g}"
@@ -172,9 +181,10 @@ def measure(record: Record) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a run went: `metrics` as `measure` gives them, and a sentence."""
+    """How a run went: `metrics` as `measure` gives them, when the record `ended` in s, and a sentence."""
 
     metrics: Mapping[str, float]
+    ended: float
 
     @property
     def balanced(self) -> bool:
@@ -183,13 +193,22 @@ class Verdict:
 
     @property
     def release(self) -> float:
-        """When the robot was released, in s."""
+        """When the robot was released, in s; nan if it was not."""
         return self.metrics["release_time"]
+
+    @property
+    def decided(self) -> bool:
+        """The record is long enough to tell whether the robot balances, or it fell."""
+        return self.metrics["fallen_at"] < inf or not isnan(self.metrics["peak_pitch_settled"])
 
     def sentence(self) -> str:
         """The verdict in words."""
         if self.metrics["fallen_at"] < inf:
             return f"fell at {self.metrics['fallen_at']:.3f} s"
+        if isnan(self.release):
+            return "not released"
+        if not self.decided:
+            return f"ended {self.ended - self.release:.3g} s after release, too early to tell"
         verdict, relation = ("balanced", "<") if self.balanced else ("stands, not settled", ">")
         limit = f"|pitch| {relation} {degrees(PITCH_LIMIT):.0f}° from {SETTLED_AFTER:g} s after release on"
         return f"{verdict}: {limit}, at most {degrees(self.metrics['peak_pitch_settled']):.2f}°"
@@ -201,4 +220,4 @@ class Verdict:
 
 def judge(record: Record) -> Verdict:
     """Judge a run; raises TwipError where a signal is missing."""
-    return Verdict(measure(record))
+    return Verdict(measure(record), float(record.times[-1]))

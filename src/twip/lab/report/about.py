@@ -81,7 +81,7 @@ def verdicts_line(names: Sequence[str], colors: Sequence[str], verdicts: Sequenc
         if len(names) > 1:
             words = f"{name}: {words}" if words else name
         elif verdict:
-            color = "var(--green)" if verdict.balanced else "var(--red)"
+            color = "var(--green)" if verdict.balanced else "var(--red)" if verdict.decided else "var(--grey)"
         if words:
             texts.append(f'<span class="verdict" style="--mark: {color}">{escape(words)}</span>')
     return "".join(texts)

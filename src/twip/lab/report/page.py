@@ -63,7 +63,7 @@ def page(logs: Sequence[Playback], names: Sequence[str] = ()) -> str:
         if robot
     ]
     packed, packed_text = samples.packed()
-    released = [verdict.release for verdict in verdicts if verdict]
+    released = [verdict.release for verdict in verdicts if verdict and np.isfinite(verdict.release)]
     data: dict[str, Any] = {"panels": drawn, "robots": moving, "samples": packed}
     if released:
         data["begin"] = max(float(min(log.times[0] for log in logs)), min(released) - BEFORE_RELEASE)
