@@ -197,6 +197,15 @@ def test_the_command_writes_beside_the_log_and_refuses_what_is_no_log(tmp_path, 
     assert "near: plant.pitch" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", ["report", "plot", "animate"])
+@pytest.mark.parametrize("name", [".", "..", "/"])
+def test_a_folder_is_refused_in_one_line(command, name, capsys):
+    assert main([command, name]) == 1
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1, said
+    assert "must be a file" in said
+
+
 def test_a_log_without_rows_is_refused(tmp_path):
     log = write(tmp_path / "empty.mcap", columns(np.zeros(0)), np.zeros(0))
     with pytest.raises(TwipError, match="has no rows to show"):

@@ -6,6 +6,13 @@ from pathlib import Path
 from ..errors import TwipError
 
 
+def beside(log: Path, ending: str) -> Path:
+    """Return the path of a log with another ending; raises TwipError where `log` is not the name of a file."""
+    if not log.name or log.is_dir():
+        raise TwipError(f"{log}: must be a file")
+    return log.with_suffix(ending)
+
+
 def refuse_clashes(reads: Sequence[tuple[str, Path | str | None]], writes: Mapping[str, Path | None]) -> None:
     """Raise TwipError when two of the files to write, or one to write and one to read, are the same.
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ..cosim.playback import read
 from ..lab.plot import plot
-from .paths import refuse_clashes
+from .paths import beside, refuse_clashes
 from .terminal import print_rows
 
 DESCRIPTION = """\
@@ -40,7 +40,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw, and return the exit status."""
-    out = arguments.out or arguments.log.with_suffix(".png")
+    out = arguments.out or beside(arguments.log, ".png")
     logs = [arguments.log, *arguments.others]
     refuse_clashes([("LOG.mcap", log) for log in logs], {"--out": out})
     plot([read(log) for log in logs], out, arguments.signals, arguments.degrees)

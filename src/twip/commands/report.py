@@ -7,7 +7,7 @@ from ..cosim.playback import read
 from ..errors import TwipError
 from ..lab.metrics import is_robot, measure
 from ..lab.report import report, sweep_report
-from .paths import refuse_clashes
+from .paths import beside, refuse_clashes
 from .terminal import print_json, print_rows
 
 DESCRIPTION = """\
@@ -45,7 +45,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the report, and return the exit status."""
-    out = arguments.out or arguments.logs[0].with_suffix(".html")
+    out = arguments.out or beside(arguments.logs[0], ".html")
     refuse_clashes([("LOG.mcap", log) for log in arguments.logs], {"--out": out})
     sweeps = [log for log in arguments.logs if log.suffix == ".parquet"]
     if sweeps and (len(arguments.logs) > 1 or arguments.signals):
