@@ -107,11 +107,13 @@ def _of_signals(log: Playback, names: Iterable[str]) -> list[Panel]:
         component, variable = owners[name]
         line = Line(variable, "other", np.asarray(log[name], np.float64), name)
         groups.setdefault((component, log.unit(name) or ""), []).append(line)
-    return [
-        Panel(component or log.metadata.get("system", {}).get("name", "system"), unit, tuple(lines[i : i + MOST_LINES]))
-        for (component, unit), lines in groups.items()
-        for i in range(0, len(lines), MOST_LINES)
-    ]
+    panels = []
+    for (component, unit), lines in groups.items():
+        title = component or log.metadata.get("system", {}).get("name", "system")
+        for part, first in enumerate(range(0, len(lines), MOST_LINES), 1):
+            numbered = title if part == 1 else f"{title} ({part})"
+            panels.append(Panel(numbered, unit, tuple(lines[first : first + MOST_LINES])))
+    return panels
 
 
 def _robot(log: Playback) -> Iterator[Panel]:

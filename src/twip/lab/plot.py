@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from ..cosim.playback import Playback
 from ..errors import TwipError
 from .drawing import label, legend, look, picture
+from .metrics import is_robot
 from .numbers import Array
 from .panels import Panel, panels
 from .report.page import short_names
@@ -36,13 +37,14 @@ def plot(logs: Sequence[Playback], path: Path, names: Sequence[str] = (), in_deg
     drawn = [[_shown(panel, in_degrees) for panel in panels(log, names)] for log in logs]
     titles = list(dict.fromkeys((panel.title, panel.unit) for of_log in drawn for panel in of_log))
     labels = short_names([log.path for log in logs])
+    beside = len(logs) > 1 or bool(names) or not all(is_robot(list(log.signals)) for log in logs)
     with picture(path, " and ".join(labels), [HEIGHT] * len(titles), WIDTH) as rows:
         for axes, key in zip(rows, titles, strict=True):
             for number, (log, of_log) in enumerate(zip(logs, drawn, strict=True)):
                 for panel in of_log:
                     if (panel.title, panel.unit) == key:
                         draw(axes, log.times, panel, number, labels)
-            finish(axes, *key, last=axes is rows[-1], beside=len(logs) > 1 or bool(names))
+            finish(axes, *key, last=axes is rows[-1], beside=beside)
             axes.set_xlim(min(log.times[0] for log in logs), max(log.times[-1] for log in logs))
     return path
 
