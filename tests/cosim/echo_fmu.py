@@ -132,7 +132,8 @@ def echo2_description() -> str:
         if causality == "output"
     )
     return f"""<fmiModelDescription fmiVersion="2.0" modelName="echo2" guid="echo2">
-<CoSimulation modelIdentifier="echo2" canGetAndSetFMUstate="true" canSerializeFMUstate="true"/>
+<CoSimulation modelIdentifier="echo2" canGetAndSetFMUstate="true" canSerializeFMUstate="true"
+ canHandleVariableCommunicationStepSize="true"/>
 <ModelVariables>{items}</ModelVariables>
 <ModelStructure><Outputs>{outputs}</Outputs><InitialUnknowns>{outputs}</InitialUnknowns></ModelStructure>
 </fmiModelDescription>"""

@@ -48,6 +48,7 @@ def test_variables_with_their_elements_defaults_and_aliases(tmp_path, library):
     assert fmu.feedthrough["outs_Int8[1]"] == {f"ins_Int8[{i}]" for i in (1, 2, 3)}
     assert len(fmu.feedthrough["sets"]) == 49
     assert (fmu.fmi_version, fmu.saves_state, fmu.serializes_state, fmu.only_once) == ("3.0", True, True, False)
+    assert fmu.varies_step
 
 
 @pytest.mark.parametrize(

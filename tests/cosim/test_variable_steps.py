@@ -1,6 +1,7 @@
 """Variable steps: errors that follow the tolerance, events hit exactly, what is taken back, and what is refused."""
 
 import math
+import zipfile
 
 import numpy as np
 import pytest
@@ -213,6 +214,27 @@ def test_fmus_that_cannot_save_their_state_are_named_before_the_run(parts):
     assert str(failure.value) == (
         "b: FMU stateless.fmu cannot save its state (canGetAndSetFMUstate), which variable steps need"
     )
+
+
+def test_fmus_whose_steps_must_be_equal_are_named_before_the_run(parts):
+    """FMI 2.0.4 section 4.3.1: false unless the FMU says that it can."""
+    with zipfile.ZipFile(parts / "CosimIntegrator.fmu") as archive:
+        contents = {name: archive.read(name) for name in archive.namelist()}
+    attribute, text = b'canHandleVariableCommunicationStepSize="true"', contents["modelDescription.xml"]
+    assert attribute in text
+    for said in (b'canHandleVariableCommunicationStepSize="false"', b""):
+        contents["modelDescription.xml"] = text.replace(attribute, said)
+        with zipfile.ZipFile(parts / "equal.fmu", "w") as archive:
+            for name, content in contents.items():
+                archive.writestr(name, content)
+        with load(oscillator(parts, b="equal.fmu")) as loaded:
+            with pytest.raises(TwipError) as failure:
+                simulate(loaded, tolerance=1e-3, step_size=0.01)
+            assert simulate(loaded, step_size=0.5, loop="python").steps == 2
+        assert str(failure.value) == (
+            "b: FMU equal.fmu does not take steps of different sizes (canHandleVariableCommunicationStepSize),"
+            " which variable steps need"
+        )
 
 
 def test_a_file_proposes_the_tolerance_and_the_caller_wins(parts):

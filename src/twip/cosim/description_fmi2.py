@@ -57,9 +57,10 @@ def _convert(
     step = None if experiment is None or experiment.stepSize is None else float(experiment.stepSize)
     saves = bool(description.coSimulation.canGetAndSetFMUstate)
     serializes = saves and bool(description.coSimulation.canSerializeFMUstate)
+    varies = bool(description.coSimulation.canHandleVariableCommunicationStepSize)
     return Fmu(
         path, name, description.guid or "", description.coSimulation.modelIdentifier, description.generationTool or "",
-        sha256, variables, feedthrough, units, only_once, step, serializes, saves, native_reference=native,
+        sha256, variables, feedthrough, units, only_once, step, serializes, saves, varies, native_reference=native,
     )  # fmt: skip
 
 

@@ -87,7 +87,8 @@ class _Reader:
             path, name, root.get("instantiationToken", ""), kind.get("modelIdentifier", ""),
             root.get("generationTool", ""), sha256, variables, self._feedthrough(root, variables), self.units,
             _flag(kind, "canBeInstantiatedOnlyOncePerProcess"), None if step is None else float(step),
-            saves and _flag(kind, "canSerializeFMUState"), saves, root.get("fmiVersion", ""),
+            saves and _flag(kind, "canSerializeFMUState"), saves,
+            _flag(kind, "canHandleVariableCommunicationStepSize"), root.get("fmiVersion", ""),
         )  # fmt: skip
 
     def _read_units(self, root: Element) -> None:

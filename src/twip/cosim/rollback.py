@@ -42,7 +42,9 @@ class Snapshot:
 
 
 def cannot_be_repeated(system: System, coupling: Coupling) -> list[str]:
-    """Return a line for each component whose FMU cannot go back, although the coupling has to repeat its steps."""
+    """Return a line for each component whose FMU cannot do what the coupling needs: go back, to repeat its
+    steps, or take steps of different sizes.
+    """
     schedule = make_schedule(system, coupling)
     if coupling.control is not None:
         needed, why = list(range(len(system.components))), "variable steps need"
@@ -53,6 +55,11 @@ def cannot_be_repeated(system: System, coupling: Coupling) -> list[str]:
         if not component.fmu.saves_state:
             lines.append(
                 f"{component.name}: FMU {component.fmu.name} cannot save its state (canGetAndSetFMUstate), which {why}"
+            )
+        if coupling.control is not None and not component.fmu.varies_step:
+            lines.append(
+                f"{component.name}: FMU {component.fmu.name} does not take steps of different sizes"
+                f" (canHandleVariableCommunicationStepSize), which {why}"
             )
     return lines
 

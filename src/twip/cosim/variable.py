@@ -83,6 +83,8 @@ class Fmu:
     """Whether the state of an instance can be saved as bytes and restored."""
     saves_state: bool
     """Whether an instance can go back to a state that it had."""
+    varies_step: bool
+    """Whether the size of its steps may change."""
     fmi_version: str = "2.0"
     """As the model description states it."""
     native_reference: int | None = None
