@@ -268,3 +268,10 @@ def _chunk_ends(path: Path) -> tuple[list[int], int]:
         elif isinstance(record, ChannelRecord) and not ends:
             declared = stream.tell()
     return ends, declared
+
+
+def test_a_log_cut_before_its_channels_is_called_cut_off(log, tmp_path):
+    path, content = tmp_path / "cut.mcap", log.read_bytes()
+    path.write_bytes(content[: content.index(b"system.ssp") + 20])
+    with pytest.raises(TwipError, match="ends before its first row: the log is cut off"):
+        read(path)

@@ -96,6 +96,8 @@ def read(path: str | Path) -> Playback:
 
 def _playback(path: Path, found: Scan) -> Playback:
     ours = {i: channel for i, channel in found.channels.items() if "twip.format" in channel.metadata}
+    if found.library.startswith("twip") and not found.channels and not found.complete:
+        raise TwipError(f"{str(path)!r} ends before its first row: the log is cut off")
     if not ours:
         encodings = ", ".join(sorted({c.message_encoding or "none" for c in found.channels.values()})) or "none"
         raise ForeignLogError(
