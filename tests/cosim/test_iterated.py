@@ -89,6 +89,21 @@ def test_a_loop_without_solution_is_a_failure_that_names_its_signals_and_leaves_
     assert table.times.tolist() == [0.0]
 
 
+@pytest.mark.parametrize("added", [3.0, 0.1, 1e-7])
+def test_a_loop_without_solution_does_not_run_away_to_where_its_residual_is_lost_in_rounding(parts, added):
+    """y = y + 3: residuals differ by nothing but rounding, of which an acceleration would make a step of 1e16."""
+    p = component("p", "CosimSum.fmu", "u> v> y<", reals(v=added))
+    q = component("q", "CosimGain.fmu", "u> y<", reals(k=1.0, u=0.0))
+    path = write(parts, system([p, q], [connection("q.y -> p.u"), connection("p.y -> q.u")]))
+    with load(path) as loaded:
+        table = Table(loaded.channels)
+        with pytest.raises(TwipError, match=f"still changes by {added:g}"):
+            simulate(loaded, sinks=[table], coupling="iterated", step_size=0.25)
+        _, result = run(path, coupling="gauss-seidel", step_size=0.5)
+    assert any("initial values do not settle" in w and "q.u" in w for w in result.warnings)
+    assert np.abs(table.values).max() <= 1000 * added
+
+
 def oscillator(folder, extra=()):
     """a' = b, b' = -a: with a(0) = 0, b(0) = 1 that is sine and cosine."""
     a = component("a", "CosimIntegrator.fmu", "u> x<")

@@ -114,6 +114,32 @@ def test_parameter_changes_are_hit_exactly_and_faults_refused(parts):
         run(path, **given)
 
 
+@pytest.mark.parametrize(("jump", "change"), [(0.3, 0.1 * 3), (0.1 * 3, 0.3)])
+def test_events_an_ulp_apart_are_one(parts, jump, change):
+    """y = k u: both take effect in the step that begins at the later one, and no step has the length 0."""
+    gain = edit_fmu(parts / "CosimGain.fmu", parts / "g.fmu", variables={"k": {"variability": "tunable"}}, state=True)
+    elements = [component("g", gain.name, "u> y<"), component("a", "CosimIntegrator.fmu", "u> x<")]
+    path = write(parts, system(elements, [connection("g.y -> a.u")]))
+    (parts / "s.toml").write_text(
+        f'[[parameters]]\ntime = {change!r}\nname = "g.k"\nvalue = 4\n'
+        '[[parameters]]\ntime = 5e-324\nname = "g.k"\nvalue = 3\n'
+        '[[parameters]]\ntime = 0.9999999999999999\nname = "g.k"\nvalue = 5\n'
+    )
+    (parts / "in.csv").write_text(f"time,g.u\n0,1\n{jump!r},1\n{jump!r},-2\n1,-2\n")
+    given = {
+        "coupling": "gauss-seidel",
+        "tolerance": 1e-3,
+        "step_size": 0.3,
+        "scenario": parts / "s.toml",
+        "input_file": parts / "in.csv",
+    }
+    table, result = run(path, **given)
+    assert result.variable.smallest > 0.01
+    assert max(jump, change) in table.times
+    assert min(jump, change) not in table.times
+    assert table["a.x"][-1] == pytest.approx(3 * 0.3 - 8 * 0.7, abs=1e-14)  # roundings only
+
+
 def test_a_step_that_an_event_cuts_short_does_not_make_the_next_ones_short(parts):
     path = write(parts, system([component("a", "CosimIntegrator.fmu", "u> x<")]))
     (parts / "in.csv").write_text("time,a.u\n0,1\n0.501,1\n0.501,-2\n1,-2\n")

@@ -1,6 +1,8 @@
 """Start, stop and step of a run: from the caller, else from the system's description, else from the FMUs."""
 
+import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +35,23 @@ class TimeGrid:
         if first + count == self.steps:
             times[-1] = self.stop
         return times
+
+    @property
+    def resolution(self) -> float:
+        """Shortest step in s that floating-point times of this interval can hold."""
+        return _resolution(self.start, self.stop)
+
+    def events(self, times: Iterable[float]) -> list[float]:
+        """Return those of `times` in s that lie between start and stop, in order, and then the stop time. Of times
+        closer than the resolution, such as 0.3 and 0.1 * 3, the last stands for all.
+        """
+        points = [*sorted(time for time in times if time < self.stop), self.stop]
+        apart = [time for time, after in itertools.pairwise(points) if after - time >= self.resolution]
+        return [*(time for time in apart if time - self.start >= self.resolution), self.stop]
+
+
+def _resolution(start: float, stop: float) -> float:
+    return _RESOLUTION * math.ulp(max(abs(start), abs(stop)))
 
 
 def time_grid(
@@ -68,8 +87,8 @@ def time_grid(
     ratio = (stop - start) / step_size
     if ratio > _MAXIMUM_STEPS:
         raise TwipError(f"step size {step_size!r} s is too small for the interval from {start!r} s to {stop!r} s")
-    latest = max(abs(start), abs(stop))
-    if step_size < _RESOLUTION * math.ulp(latest):
+    if step_size < _resolution(start, stop):
+        latest = max(abs(start), abs(stop))
         raise TwipError(
             f"step size {step_size!r} s is below the resolution of time near {latest!r} s ({math.ulp(latest):.2g} s)"
         )

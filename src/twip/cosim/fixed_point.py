@@ -13,6 +13,8 @@ _MEMORY = 8
 """Most differences between evaluations that are kept."""
 _INDEPENDENT = 1e-10
 """Smallest singular value, relative to the largest, of differences that count as independent."""
+_NOISE = 64 * np.finfo(np.float64).eps
+"""Largest difference of weighted residuals that may be nothing but rounding."""
 
 Vector = NDArray[np.float64]
 
@@ -52,6 +54,8 @@ class Acceleration:
         self._size, self._extrapolated = size, len(self._points) > 1
         if self._extrapolated:
             points, residuals = np.diff(self._points, axis=0).T, np.diff(self._residuals, axis=0).T
-            share = np.linalg.lstsq(residuals * weight[:, None], residual * weight, rcond=_INDEPENDENT)[0]
-            proposed[free] -= (points + residuals) @ share
+            weighted = residuals * weight[:, None]
+            known = np.abs(weighted).max(axis=0) > _NOISE  # else going on would lead to anywhere
+            share = np.linalg.lstsq(weighted[:, known], residual * weight, rcond=_INDEPENDENT)[0]
+            proposed[free] -= (points + residuals)[:, known] @ share
         return proposed

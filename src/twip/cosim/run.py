@@ -254,12 +254,11 @@ class Run:
     def _advance_freely(self, execution: Execution) -> None:
         """Go with variable steps from event to event: jumps of the inputs and parameter changes."""
         loop = VariableLoop(execution, self.grid, self.coupling, self.system, self.inputs)
-        self.variable, start, stop = loop.steps, self.grid.start, self.grid.stop
+        self.variable = loop.steps
         changes = list(self.scenario.changes)
-        events = {time for time in self.inputs.jumps() | {c.time for c in changes} if start < time < stop}
-        for until in [*sorted(events), stop]:
+        for until in self.grid.events(self.inputs.jumps() | {change.time for change in changes}):
             self.clock[0] = loop.time
-            while changes and changes[0].time <= loop.time:
+            while changes and changes[0].time < loop.time + self.grid.resolution:
                 self._set(changes.pop(0))
             while loop.time < until and not self.interrupted:
                 times, rows, failure = loop.run(until, CHUNK, self.interrupted.array)
