@@ -26,22 +26,24 @@ from contest import Contestant, compete
 from figures import draw
 
 from twip.cosim import load
-from twip.fmi.build import build_all
+from twip.fmi.build import build_all, build_fmi3
 from twip.lab.container import pack
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 CHAIN = 6
 """FMUs in the chain that masters are compared on."""
 OURS, THROUGH_FMI, PLAIN = "twip, compiled", "twip, compiled, FMI calls only", "twip, plain loop"
+FMI3 = "twip, compiled, blocks in FMI 3.0"
 FLOOR, NATIVE_FLOOR = "floor: bare FMI calls", "floor: bare native calls"
 SSP = "fmpy simulate_ssp"
 PEERS = ("fmpy, methods in a loop", SSP, "fmpy, container FMU", "libcosim", "Ecos")
 
 
-def contestants(container: Path, cofmupy: str | None) -> list[Contestant]:
-    """Return who takes part, each without and with its log."""
+def contestants(container: Path, cofmupy: str | None, blocks: Path | None) -> list[Contestant]:
+    """Return who takes part, each without and with its log; `blocks` holds the FMUs in FMI 3.0 where there are any."""
     entries = [
         (OURS, ("twip_loop", "compiled"), (False, True)),
+        *([] if blocks is None else [(FMI3, ("twip_loop", "compiled", str(blocks)), (False, True))]),
         (THROUGH_FMI, ("twip_loop", "fmi"), (False, True)),
         (PLAIN, ("twip_loop", "python"), (False, True)),
         (FLOOR, ("floor", "fmi"), (False,)),
@@ -56,7 +58,9 @@ def contestants(container: Path, cofmupy: str | None) -> list[Contestant]:
     return [*made, Contestant("CoFmuPy", ("cofmupy_master",), False, cofmupy or sys.executable)]
 
 
-def contest(ssp: Path, folder: Path, repetitions: int, cofmupy: str | None) -> list[Contestant]:
+def contest(
+    ssp: Path, folder: Path, repetitions: int, cofmupy: str | None, blocks: Path | None = None
+) -> list[Contestant]:
     """Measure all masters on one system."""
     unpacked, logs = folder / f"{ssp.stem}_unpacked", folder / f"{ssp.stem}_logs"
     logs.mkdir()
@@ -65,7 +69,7 @@ def contest(ssp: Path, folder: Path, repetitions: int, cofmupy: str | None) -> l
     container = folder / f"{ssp.stem}_container.fmu"
     with load(ssp) as system:
         pack(system, "2.0", container, 0.001)
-    made = contestants(container, cofmupy)
+    made = contestants(container, cofmupy, blocks)
     compete(made, ssp, unpacked, logs, repetitions)
     return made
 
@@ -131,13 +135,15 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         build_all(folder)
+        build_fmi3(folder)
         robot = folder / "ssp" / "twip.ssp"
 
         def masters() -> list[str]:
             lines = []
             (folder / "chain").mkdir()
             for title, ssp in (("robot", robot), ("chain", write_chain(folder / "chain", CHAIN))):
-                made = contest(ssp, folder, repetitions, arguments.cofmupy)
+                blocks = folder / "fmus" if title == "robot" else None
+                made = contest(ssp, folder, repetitions, arguments.cofmupy, blocks)
                 data[title] = made
                 held.extend(checks(made, title))
                 heading = "The robot" if title == "robot" else f"A chain of {CHAIN} small C FMUs"

@@ -1,6 +1,10 @@
-"""Our master: `compiled` (its default), `fmi` (compiled, but native functions left aside), `python` (plain loop)."""
+"""Our master: `compiled` (its default), `fmi` (compiled, but native functions left aside), `python` (plain loop).
+
+A folder after that holds FMUs of the blocks in FMI 3.0, to take the place of those in the system.
+"""
 
 import sys
+from pathlib import Path
 
 from protocol import STEP_SIZE, arguments, serve
 
@@ -11,6 +15,9 @@ from twip.cosim.native import NOT_NATIVE
 kind = sys.argv[4]
 ssp, _, logs = arguments()
 system = load(ssp)
+if len(sys.argv) > 5:
+    blocks = {c.name: Path(sys.argv[5]) / f"{c.fmu.model_identifier}_fmi3.fmu" for c in system.components}
+    system = load(ssp, swap=blocks)
 if kind == "fmi":
     compiled_loop.native_access = lambda _: NOT_NATIVE
 

@@ -8,7 +8,7 @@ from ssp_writer import component, connection, system, write
 
 from twip.cosim import Table, load, simulate
 from twip.cosim.compiled_loop import CompiledLoop
-from twip.cosim.instance_fmi2 import Fmi2Instance
+from twip.cosim.component import Instance
 from twip.cosim.native import NOT_NATIVE
 from twip.errors import TwipError
 from twip.fmi.build import build_blocks
@@ -16,9 +16,9 @@ from twip.fmi.build import build_blocks
 BLOCKS = Path(__file__).parents[1] / "fmi" / "blocks"
 
 
-@pytest.fixture(scope="module")
-def blocks(tmp_path_factory):
-    """A system of two blocks that remember and one that fails on demand."""
+@pytest.fixture(scope="module", params=["2.0", "3.0"])
+def blocks(tmp_path_factory, request):
+    """A system of two blocks that remember and one that fails on demand, in both versions of FMI."""
     folder = tmp_path_factory.mktemp("native")
     names = ("walker", "raising")
     faces = {name: folder / name / f"{name}.py" for name in names}
@@ -27,8 +27,8 @@ def blocks(tmp_path_factory):
         face,
     ) in faces.items():  # other content than in tests/fmi, which load the blocks uncompiled into this process
         face.parent.mkdir()
-        face.write_text((BLOCKS / name / f"{name}.py").read_text() + "\n# called natively\n")
-    build_blocks([(face, folder / f"{name}.fmu") for name, face in faces.items()], lambda _: None)
+        face.write_text((BLOCKS / name / f"{name}.py").read_text() + f"\n# called natively, FMI {request.param}\n")
+    build_blocks([(face, folder / f"{name}.fmu") for name, face in faces.items()], lambda _: None, request.param)
     elements = [
         component("a", "walker.fmu", "pull> position< pulled<"),
         component("b", "walker.fmu", "pull> position< pulled<"),
@@ -94,7 +94,17 @@ def test_a_block_that_is_not_compiled_is_called_by_fmi(blocks, monkeypatch):
 
 def test_an_announcement_that_is_no_address_is_not_followed(blocks, monkeypatch):
     for text in ("", "1", "1 x", "-1 2", "1 2 3"):
-        monkeypatch.setattr(Fmi2Instance, "get_string", lambda *_, text=text: text)
+        monkeypatch.setattr(Instance, "get_string", lambda *_, text=text: text)
         table, told = run(blocks, "compiled")
         assert told == ""
         assert len(table.times) == 101
+
+
+def test_both_loops_leave_the_blocks_in_the_same_state(blocks, tmp_path):
+    """Also the time that an FMU in FMI 3 shows, which no call tells it in a native step."""
+    files = []
+    for loop in ("compiled", "python"):
+        files.append(tmp_path / loop)
+        with load(blocks / "SystemStructure.ssd") as loaded:
+            simulate(loaded, stop_time=0.5, step_size=0.01, loop=loop, checkpoint=files[-1])
+    assert files[0].read_bytes() == files[1].read_bytes()

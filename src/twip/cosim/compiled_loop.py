@@ -195,6 +195,32 @@ def load(kind, scratch, position):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def write_reals(group, values, last, references):  # type: ignore[no-untyped-def]
+    """Write the inputs of a native group that changed; stop and return False at one that is not finite."""
+    for i in range(group[SIZE]):
+        column = group[FIRST] + i
+        value = values[column]
+        if value != last[column]:
+            if not np.isfinite(value):
+                return False
+            last[column] = value
+            write_real(group[NATIVE] + 8 * np.int64(references[group[REFERENCES] + i]), value)
+    return True
+
+
+@njit(cache=True)
+def read_reals(group, values, references):  # type: ignore[no-untyped-def]
+    """Read the outputs of a native group; return the FMI status, or `UNFIT` when one is not finite."""
+    status = np.int32(0)
+    for i in range(group[SIZE]):
+        value = read_real(group[NATIVE] + 8 * np.int64(references[group[REFERENCES] + i]))
+        values[group[FIRST] + i] = value
+        if not np.isfinite(value):
+            status = np.int32(UNFIT)
+    return status
+
+
+@njit(cache=True)
 def set_variables(group, values, last, references, changed, scratch):  # type: ignore[no-untyped-def]
     """Do what `set_changed` does for FMI 3, where a variable may have several columns."""
     kind, column = group[KIND], group[FIRST]
@@ -245,10 +271,11 @@ def get_variables(group, values, references, scratch):  # type: ignore[no-untype
 @njit(cache=True)
 def set_changed(group, values, last, references, changed, reals, integers):  # type: ignore[no-untyped-def]
     """Set the inputs of a group that differ from what was set last; return the FMI status, or `UNFIT`."""
+    if group[NATIVE] != 0 and write_reals(group, values, last, references):
+        return np.int32(0)
     if group[KIND] > 2:
         return set_variables(group, values, last, references, changed, integers)
     count = 0
-    finite = True
     for i in range(group[SIZE]):
         column = group[FIRST] + i
         value = values[column]
@@ -257,17 +284,12 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
             changed[count] = references[group[REFERENCES] + i]
             if group[KIND] == 0:
                 reals[count] = value
-                finite = finite and np.isfinite(value)
             elif is_whole(group[KIND], value):
                 integers[count] = np.int32(value)
             else:
                 return np.int32(UNFIT)
             count += 1
     if count == 0:
-        return np.int32(0)
-    if group[NATIVE] != 0 and finite:
-        for i in range(count):
-            write_real(group[NATIVE] + 8 * np.int64(changed[i]), reals[i])
         return np.int32(0)
     buffer = np.int64(reals.ctypes.data if group[KIND] == 0 else integers.ctypes.data)
     return call_access(group[FMI_FUNCTION], group[FMI_HANDLE], np.int64(changed.ctypes.data), np.int64(count), buffer)
@@ -276,13 +298,11 @@ def set_changed(group, values, last, references, changed, reals, integers):  # t
 @njit(cache=True)
 def get_all(group, values, references, integers):  # type: ignore[no-untyped-def]
     """Get the outputs of a group, reals straight into the vector; return the FMI status, or `UNFIT`."""
+    if group[NATIVE] != 0:
+        return read_reals(group, values, references)
     if group[KIND] > 2:
         return get_variables(group, values, references, integers)
     first = group[FIRST]
-    if group[NATIVE] != 0:
-        for i in range(group[SIZE]):
-            values[first + i] = read_real(group[NATIVE] + 8 * np.int64(references[group[REFERENCES] + i]))
-        return np.int32(0)
     wanted = np.int64(references.ctypes.data) + 4 * group[REFERENCES]
     if group[KIND] == 0:
         buffer = np.int64(values.ctypes.data) + 8 * first
@@ -369,7 +389,7 @@ def run_steps(  # type: ignore[no-untyped-def]
                     if status < 0 or status > 1:
                         failed[1], failed[2] = g - first_getter[i], status
                         return k, GET
-                    if getters[g, KIND] == 0:
+                    if getters[g, KIND] == 0 and getters[g, NATIVE] == 0:
                         for column in range(getters[g, FIRST], getters[g, FIRST] + getters[g, SIZE]):
                             if not np.isfinite(values[column]):
                                 failed[1] = g - first_getter[i]
@@ -391,7 +411,7 @@ def group_table(
     for own, (handle, values) in zip(groups, calls, strict=True):
         for group in own:
             kind, variables = KINDS[group.counts_values][group.type], len(group.value_references)
-            native = values if group.type == "Real" and not group.counts_values else 0
+            native = values if group.type == "Real" and variables == group.size else 0  # scalars
             rows.append(
                 (kind, group.first, group.size, len(references), variables, native, handle, address(group.call))
             )

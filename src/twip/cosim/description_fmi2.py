@@ -11,15 +11,13 @@ from .units import BASE_UNITS, Unit, lookup
 from .variable import Fmu, Variable
 
 
-def describe_fmi2(
-    path: pathlib.Path, name: str, sha256: str, native: int | None, problems: Problems, place: Place
-) -> Fmu | None:
+def describe_fmi2(path: pathlib.Path, name: str, sha256: str, problems: Problems, place: Place) -> Fmu | None:
     """Return what the FMU at `path`, called `name` in messages, says of itself; None without co-simulation."""
     try:
         description = fmpy.read_model_description(str(path), validate=False)
         if description.coSimulation is None:
             return None
-        return _convert(description, path, name, sha256, native, problems, place)
+        return _convert(description, path, name, sha256, problems, place)
     except Exception as error:  # fmpy raises bare exceptions of many kinds on a malformed description
         problems.add(f"FMU {name}: modelDescription.xml cannot be read: {type(error).__name__}: {error}", place)
         return None
@@ -30,7 +28,6 @@ def _convert(
     path: pathlib.Path,
     name: str,
     sha256: str,
-    native: int | None,
     problems: Problems,
     place: Place,
 ) -> Fmu:
@@ -60,7 +57,7 @@ def _convert(
     varies = bool(description.coSimulation.canHandleVariableCommunicationStepSize)
     return Fmu(
         path, name, description.guid or "", description.coSimulation.modelIdentifier, description.generationTool or "",
-        sha256, variables, feedthrough, units, only_once, step, serializes, saves, varies, native_reference=native,
+        sha256, variables, feedthrough, units, only_once, step, serializes, saves, varies,
     )  # fmt: skip
 
 

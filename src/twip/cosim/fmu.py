@@ -1,5 +1,6 @@
 """Reads an FMU's model description without loading any code of it; what it holds is in `variable`."""
 
+import dataclasses
 import functools
 import hashlib
 import pathlib
@@ -61,7 +62,7 @@ def _describe(root: Element, path: pathlib.Path, name: str, problems: Problems, 
     version = root.get("fmiVersion") or ""
     before = len(problems.lines)
     if version == "2.0":
-        fmu = describe_fmi2(path, name, fingerprint(path), _native_reference(root), problems, place)
+        fmu = describe_fmi2(path, name, fingerprint(path), problems, place)
     elif version.split(".")[:2] == ["3", "0"]:
         fmu = describe_fmi3(root, path, name, fingerprint(path), problems)
     else:
@@ -69,15 +70,16 @@ def _describe(root: Element, path: pathlib.Path, name: str, problems: Problems, 
         return None
     if fmu is None and len(problems.lines) == before:
         problems.add(f"FMU {name} offers no co-simulation", place)
-    return fmu
+    return fmu and dataclasses.replace(fmu, native_reference=_native_reference(root))
 
 
 def _native_reference(description: Element) -> int | None:
     """Return the value reference that a model description announces, if it does."""
-    for element in description.iterfind(f"VendorAnnotations/Tool[@name='{NATIVE}']/NativeFunctions"):
-        text = element.get("valueReference", "")
-        if text.isascii() and text.isdigit() and int(text) < 2**32:
-            return int(text)
+    for place in (f"VendorAnnotations/Tool[@name='{NATIVE}']", f"Annotations/Annotation[@type='{NATIVE}']"):
+        for element in description.iterfind(f"{place}/NativeFunctions"):
+            text = element.get("valueReference", "")
+            if text.isascii() and text.isdigit() and int(text) < 2**32:
+                return int(text)
     return None
 
 

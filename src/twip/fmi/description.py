@@ -68,10 +68,12 @@ def model_description(interface: Interface, version: str, token: str, origin: Or
         "DefaultExperiment",
         {"startTime": "0.0", "stopTime": repr(interface.stop_time), "stepSize": repr(interface.step_size)},
     )
+    native = etree.Element("NativeFunctions", {"valueReference": str(NATIVE_REFERENCE)})
     if two and interface.native:
-        tool = etree.SubElement(etree.SubElement(root, "VendorAnnotations"), "Tool", {"name": NATIVE_TOOL})
-        etree.SubElement(tool, "NativeFunctions", {"valueReference": str(NATIVE_REFERENCE)})
+        etree.SubElement(etree.SubElement(root, "VendorAnnotations"), "Tool", {"name": NATIVE_TOOL}).append(native)
     (add_fmi2 if two else add_fmi3)(root, interface)
+    if not two and interface.native:
+        etree.SubElement(etree.SubElement(root, "Annotations"), "Annotation", {"type": NATIVE_TOOL}).append(native)
     etree.indent(root)
     xml: bytes = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
     return xml + b"\n"

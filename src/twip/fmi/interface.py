@@ -48,7 +48,7 @@ class Interface:
     time_reference: int = 0
     """Value reference of the independent variable in FMI 3.0, where it must be declared."""
     native: bool = False
-    """Whether its FMI 2.0 form offers native functions (docs/native.md)."""
+    """Whether it offers native functions (docs/native.md)."""
     initially_all: bool = False
     """Whether initial values depend on all that can be set; otherwise on the declared inputs and all parameters."""
 

@@ -20,7 +20,6 @@ class BlockSlave3(BlockSlave, Fmi3Slave):  # type: ignore[misc]
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self._time = 0.0
         self._initial: list[float] | None = None  # what was set when initialization mode was left, until the first step
 
     def exit_initialization_mode(self) -> None:
@@ -34,9 +33,7 @@ class BlockSlave3(BlockSlave, Fmi3Slave):  # type: ignore[misc]
             if current_time != self._start_time:
                 self._start_at(current_time, self._initial)
             self._initial = None
-        done = super().do_step(current_time, step_size)
-        self._time = current_time + step_size
-        return done
+        return super().do_step(current_time, step_size)
 
     def _start_at(self, time: float, initial: list[float]) -> None:
         """Initialize again at another start time, and bring back what was set since."""
@@ -57,15 +54,15 @@ class BlockSlave3(BlockSlave, Fmi3Slave):  # type: ignore[misc]
         time = len(self._table.variables)
         if time not in vrs:
             return self.get_real(vrs)
-        return [self._time if vr == time else self.get_real([vr])[0] for vr in vrs]
+        return [self._block.reached[0] if vr == time else self.get_real([vr])[0] for vr in vrs]
 
     set_float64 = BlockSlave.set_real
     get_int32, set_int32 = BlockSlave.get_integer, BlockSlave.set_integer
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        return {**super()._get_fmu_state(), "time": self._time, "initial": self._initial}
+        return {**super()._get_fmu_state(), "time": self._block.reached[0], "initial": self._initial}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         super()._set_fmu_state(state)
         if isinstance(state, dict) and "initial" in state:
-            self._time, self._initial = state["time"], state["initial"]
+            self._block.reached[0], self._initial = state["time"], state["initial"]

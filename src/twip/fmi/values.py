@@ -19,6 +19,8 @@ class Values(Protocol):
     v: Any
     gate: Any
     """One number (1,) that lets native steps pass or not; see `kernel`."""
+    reached: Any
+    """One number (1,): the time in s at the end of the last step, 0 before the first."""
     native: tuple[int, ...]
     """Addresses of the values and of the compiled step; empty where nothing is compiled."""
 
@@ -41,6 +43,7 @@ class PlainValues:
     def __init__(self, table: Table):
         self.v = table.start_values(table.slots())
         self.gate: Any = [WAITING]
+        self.reached: Any = [0.0]
         self.native: tuple[int, ...] = ()
         self._table = table
         self._outputs = getter(tuple(v.attribute for v in table.outputs))
@@ -52,6 +55,7 @@ class PlainValues:
     def advance(self, time: float, step_size: float) -> bool:
         """Run the block's step; False tells that an output may be infinite or not a number."""
         self._table.block.step(self.v, time, step_size)
+        self.reached[0] = time + step_size
         total = sum(self._outputs(self.v))
         return total - total == 0.0
 
@@ -80,10 +84,11 @@ class CompiledValues:
 
     def __init__(self, table: Table):
         size = len(table.attributes)
-        fields = [(attribute, ctypes.c_double) for attribute in (*table.attributes, "gate ")]
+        fields = [(attribute, ctypes.c_double) for attribute in (*table.attributes, "gate ", "reached ")]
         self.v = table.start_values(type("Values", (ctypes.Structure,), {"_fields_": fields})())
         self._memory: Any = memoryview(self.v).cast("B").cast("d")
-        self.gate: Any = self._memory[size:]
+        self.gate: Any = self._memory[size : size + 1]
+        self.reached: Any = self._memory[size + 1 :]
         self.gate[0] = WAITING
         address, step = ctypes.addressof(self.v), table.compiled_step()
         self.native: tuple[int, ...] = (address, step)

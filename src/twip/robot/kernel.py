@@ -83,6 +83,7 @@ def _do_step(address, time, step_size, _prior):  # type: ignore[no-untyped-def]
         if not isfinite(outputs[i]):
             gate[0] = NOT_FINITE
             return DECLINED
+    carray(pointer(address + 8 * SIZE + 8), (1,), FLOAT)[0] = time + step_size  # type: ignore[name-defined] # noqa: F821
     gate[0] = OPEN
     return 0
 
@@ -91,8 +92,8 @@ def entry_point(step: Callable[[Any, float, float], None], attributes: Sequence[
     """Return the address of a C function that runs `step(v, time, step_size)` compiled.
 
     It takes what fmi2DoStep takes, with the address of v's values in place of the component, and returns 0 or
-    `DECLINED`. The values are float64 in the order of `attributes`, and behind them lies the gate. `outputs` are the
-    index of the first output and their number.
+    `DECLINED`. The values are float64 in the order of `attributes`; behind them lie the gate and the time in s that was
+    reached. `outputs` are the index of the first output and their number.
     """
     names = {
         "__name__": __name__,
