@@ -101,9 +101,13 @@ def _memory(robot: Path, folder: Path, stop_time: float) -> float:
 
 
 def _starts(robot: Path, folder: Path) -> tuple[float, float]:
-    """Return the time in s from the command to the first step with an empty cache, and the median with a full one."""
+    """Return the time in s from the command to the first step with an empty cache, and the median with a full one.
+
+    Python keeps its bytecode, as it does unless told otherwise: without, every start compiles all modules again.
+    """
     command = [sys.executable, "-m", "twip.cli", "run", str(robot), "--stop-time", "0.001", "--no-log"]
     environment = {**os.environ, "TWIP_CACHE": str(folder / "cache"), "NUMBA_CACHE_DIR": str(folder / "numba")}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     found = []
     for _ in range(6):
         begin = time.perf_counter()
