@@ -32,7 +32,10 @@ def test_a_run_tells_a_script_what_it_did(built, tmp_path, capsys):
     assert "bench.voltage" in told["values"]
     assert main(["report", str(log), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told == {"report": str(log.with_suffix(".html")), "bytes": told["bytes"], "metrics": {str(log): None}}
+    assert set(told) == {"report", "bytes", "logs", "metrics"}
+    assert told["report"] == str(log.with_suffix(".html"))
+    assert told["metrics"] == {str(log): None}
+    assert told["logs"][str(log)]["rows"] == 101
     assert Path(told["report"]).stat().st_size == told["bytes"]
 
 

@@ -15,6 +15,14 @@ class Columns(dict):
     """A record: signals by name, and times."""
 
     times = np.linspace(0.0, 10.0, 10001)
+    continued = False
+
+    def part(self, first, last, continued=False):
+        """Return the rows from `first` to `last` s."""
+        keep = (self.times >= first) & (self.times <= last)
+        found = Columns({name: values[keep] for name, values in self.items()})
+        found.times, found.continued = self.times[keep], continued
+        return found
 
 
 def record(final=0.0, swing=0.0):
@@ -58,7 +66,35 @@ def test_a_leaning_robot_is_not_balanced():
     found = judge(record(final=radians(1.5)))
     assert not found.balanced
     assert found.sentence().startswith("stands, not settled: |pitch| > 1°")
-    assert found.text("settling_time") == "never"
+    assert found.text("settling_time") == "not reached"
+
+
+def test_what_only_a_release_tells_is_not_told_of_a_continuation():
+    found = judge(record().part(5.0, 10.0, continued=True))
+    assert found.sentence() == "stands from 5 s to 10 s; not judged, for it was released before"
+    assert not found.balanced
+    assert not found.decided
+    of_release = ("balanced", "release_time", "steady_state_error", "peak_pitch_settled")
+    since_release = (*of_release, "pitch_overshoot", "settling_time")
+    assert {name for name, value in found.metrics.items() if isnan(value)} == set(since_release)
+    assert found.metrics["estimator_error"] == pytest.approx(0.01)
+    assert found.metrics["energy"] == pytest.approx(-0.5 * 4.0 * 5.0)
+    fresh = judge(record().part(5.0, 10.0))  # the same rows of a run of their own: released as it begins
+    assert fresh.release == 5.0
+
+
+def test_a_continuation_that_holds_the_release_is_judged():
+    assert judge(record().part(0.5, 10.0, continued=True)).sentence() == judge(record()).sentence()
+
+
+@pytest.mark.parametrize(("since", "sentence"), [(4.0, "fell at 6.000 s"), (7.0, "fell before 7.000 s")])
+def test_a_fall_is_told_of_a_continuation_too(since, sentence):
+    fallen = record()
+    fallen["plant.fallen"] = np.where(Columns.times >= 6.0, 1.0, 0.0)
+    found = judge(fallen.part(since, 10.0, continued=True))
+    assert found.sentence() == sentence
+    assert found.decided
+    assert found.metrics["balanced"] == 0.0
 
 
 def test_a_fall_is_told_with_its_time():
@@ -72,10 +108,7 @@ def test_a_fall_is_told_with_its_time():
     ("until", "sentence"), [(2.0, "ended 1 s after release, too early to tell"), (0.9, "not released")]
 )
 def test_a_short_record_is_not_judged(until, sentence):
-    keep = Columns.times <= until
-    cut = Columns({name: values[keep] for name, values in record().items()})
-    cut.times = Columns.times[keep]
-    found = judge(cut)
+    found = judge(record().part(0.0, until))
     assert found.sentence() == sentence
     assert not found.balanced
     assert not found.decided

@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from ..cosim.playback import read
-from ..lab.animation import animate
-from .paths import beside, refuse_clashes
+from ..lab.animation import FORMATS, animate
+from .logs import read_log
+from .paths import made_from
 from .terminal import print_rows
 
 DESCRIPTION = """\
@@ -35,8 +35,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw, and return the exit status."""
-    out = arguments.out or beside(arguments.log, ".gif")
-    refuse_clashes([("LOG.mcap", arguments.log)], {"--out": out})
-    animate(read(arguments.log), out, arguments.start, arguments.stop, arguments.rate, arguments.speed)
+    out = made_from([arguments.log], arguments.out, FORMATS)
+    animate(read_log(arguments.log), out, arguments.start, arguments.stop, arguments.rate, arguments.speed)
     print_rows(("picture", out), ("size", f"{out.stat().st_size / 1e3:.0f} kB"))
     return 0

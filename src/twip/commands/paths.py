@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..errors import TwipError
+from ..lab.endings import check_ending
 
 
 def beside(log: Path, ending: str) -> Path:
@@ -11,6 +12,17 @@ def beside(log: Path, ending: str) -> Path:
     if not log.name or log.is_dir():
         raise TwipError(f"{log}: must be a file")
     return log.with_suffix(ending)
+
+
+def made_from(logs: Sequence[Path], out: Path | None, endings: Sequence[str]) -> Path:
+    """Return the file that a command makes of logs: `out`, else beside the first log with the first ending.
+
+    Raises TwipError, before anything is read, for an ending that the command does not write, and for one of the logs.
+    """
+    path = out or beside(logs[0], endings[0])
+    check_ending(path, endings)
+    refuse_clashes([("LOG.mcap", log) for log in logs], {"--out": path})
+    return path
 
 
 def refuse_clashes(reads: Sequence[tuple[str, Path | str | None]], writes: Mapping[str, Path | None]) -> None:

@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from ..cosim.playback import read
-from ..lab.plot import plot
-from .paths import beside, refuse_clashes
+from ..lab.plot import FORMATS, plot
+from .logs import read_log
+from .paths import made_from
 from .terminal import print_rows
 
 DESCRIPTION = """\
@@ -40,9 +40,8 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw, and return the exit status."""
-    out = arguments.out or beside(arguments.log, ".png")
     logs = [arguments.log, *arguments.others]
-    refuse_clashes([("LOG.mcap", log) for log in logs], {"--out": out})
-    plot([read(log) for log in logs], out, arguments.signals, arguments.degrees)
+    out = made_from(logs, arguments.out, FORMATS)
+    plot([read_log(log) for log in logs], out, arguments.signals, arguments.degrees)
     print_rows(("plot", out))
     return 0

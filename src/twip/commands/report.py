@@ -3,11 +3,11 @@
 import argparse
 from pathlib import Path
 
-from ..cosim.playback import read
 from ..errors import TwipError
 from ..lab.metrics import is_robot, measure
-from ..lab.report import report, sweep_report
-from .paths import beside, refuse_clashes
+from ..lab.report import ENDINGS, report, sweep_report
+from .logs import extent, read_log
+from .paths import made_from
 from .terminal import print_json, print_rows
 
 DESCRIPTION = """\
@@ -45,8 +45,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the report, and return the exit status."""
-    out = arguments.out or beside(arguments.logs[0], ".html")
-    refuse_clashes([("LOG.mcap", log) for log in arguments.logs], {"--out": out})
+    out = made_from(arguments.logs, arguments.out, ENDINGS)
     sweeps = [log for log in arguments.logs if log.suffix == ".parquet"]
     if sweeps and (len(arguments.logs) > 1 or arguments.signals):
         raise TwipError(f"{sweeps[0]}: the results of a sweep are reported alone, without logs and --signals")
@@ -57,11 +56,12 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             print_rows(("report", out), ("size", f"{out.stat().st_size / 1e6:.1f} MB"))
         return 0
-    logs = [read(log) for log in arguments.logs]
+    logs = [read_log(log) for log in arguments.logs]
     report(logs, out, arguments.signals)
     if arguments.json:
         metrics = {str(log.path): measure(log) if is_robot(list(log.signals)) else None for log in logs}
-        print_json({"report": out, "bytes": out.stat().st_size, "metrics": metrics})
+        extents = {str(log.path): extent(log) for log in logs}
+        print_json({"report": out, "bytes": out.stat().st_size, "logs": extents, "metrics": metrics})
         return 0
     print_rows(("report", out), ("size", f"{out.stat().st_size / 1e6:.1f} MB"))
     return 0

@@ -5,9 +5,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ..cosim.playback import read
-from ..lab.rerun_view import recording, rerun
-from .paths import refuse_clashes
+from ..lab.rerun_view import FORMATS, recording, rerun
+from .logs import read_log
+from .paths import made_from
 from .terminal import print_rows
 
 DESCRIPTION = """\
@@ -34,10 +34,10 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Open or write the recording, and return the exit status."""
-    refuse_clashes([("LOG.mcap", arguments.log)], {"--out": arguments.out})
-    log = read(arguments.log)
-    if arguments.out is not None:
-        print_rows(("recording", recording(log, arguments.out)))
+    out = None if arguments.out is None else made_from([arguments.log], arguments.out, FORMATS)
+    log = read_log(arguments.log)
+    if out is not None:
+        print_rows(("recording", recording(log, out)))
         return 0
     with tempfile.TemporaryDirectory(prefix="twip-view-") as folder:
         path = recording(log, Path(folder) / f"{arguments.log.stem}.rrd")

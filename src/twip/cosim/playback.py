@@ -57,6 +57,11 @@ class Playback:
     complete: bool
     """False for the log of a killed run: its last rows, and nothing else, are missing."""
 
+    @property
+    def continued(self) -> bool:
+        """Whether the rows go on from a checkpoint: the first one is later than the run's start."""
+        return bool(len(self.times)) and float(self.times[0]) > self.start_time
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of `component.variable`; raises TwipError that names the nearest ones."""
         if name not in self.signals:

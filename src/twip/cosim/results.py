@@ -35,6 +35,8 @@ class Table:
 
     channels: Sequence[Channel]
     events: list[Message] = field(default_factory=list)
+    continued: bool = False
+    """Whether the rows go on from a checkpoint instead of the run's start."""
 
     def __post_init__(self) -> None:
         self.columns = columns(self.channels)
@@ -131,6 +133,11 @@ class Result:
     def times(self) -> NDArray[np.float64]:
         """Times of the rows in s, (rows,); raises `TwipError` when the rows went to sinks."""
         return self._kept.times
+
+    @property
+    def continued(self) -> bool:
+        """Whether the rows go on from a checkpoint instead of the run's start."""
+        return self._kept.continued
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of `component.variable`, (rows,)."""

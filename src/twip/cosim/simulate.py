@@ -106,7 +106,7 @@ def simulate(
     interrupted = InterruptFlag()
     with contextlib.ExitStack() as closing:
         closing.push(interrupted)  # entered below; left when all sinks are closed
-        table = Table(system.channels) if sinks is None else None
+        table = Table(system.channels, continued=resume is not None) if sinks is None else None
         given = () if callable(sinks) else [table] if table is not None else sinks or ()
         for sink in given:
             closing.callback(_close, sink)

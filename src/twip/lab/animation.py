@@ -13,6 +13,7 @@ from PIL import Image
 from ..cosim.playback import Playback
 from ..errors import TwipError
 from .drawing import GREY, INK, ORANGE, RED, STYLE, robot
+from .endings import check_ending
 from .metrics import is_robot
 
 FORMATS = (".gif", ".webp", ".png")
@@ -30,8 +31,7 @@ def animate(
 
     Raises TwipError when it is not the robot's log, there is nothing between the times, or the file cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise TwipError(f"{path}: the ending must be one of {', '.join(FORMATS)}")
+    check_ending(path, FORMATS)
     if not is_robot(list(log.signals)) or not len(log.times):
         raise TwipError(f"log {str(log.path)!r} does not show the robot")
     first, last = (

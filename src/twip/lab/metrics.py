@@ -1,7 +1,10 @@
 """The numbers the robot is judged by, from any record of a run that has its signals: a log or a table in memory.
 
 `measure(log)` gives all of them by name, `METRICS` says what each one is, `judge(log)` puts a run into words. Angles in
-rad, times in s since the start of the record, voltages in V, energy in J.
+rad, times in s as the record counts them, voltages in V, energy in J.
+
+A record that continues a run from a checkpoint holds no release if the robot was released before: what is counted from
+the release is then nan, and the run is not judged.
 """
 
 from collections.abc import Callable, Mapping
@@ -41,6 +44,10 @@ class Record(Protocol):
     def times(self) -> NDArray[np.float64]:
         """Times of the rows in s, (rows,)."""
 
+    @property
+    def continued(self) -> bool:
+        """Whether the record goes on from a checkpoint instead of the run's start."""
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Values of `component.variable`, (rows,)."""
 
@@ -50,10 +57,18 @@ def is_robot(names: Mapping[str, object] | list[str]) -> bool:
     return all(name in names for name in REQUIRED)
 
 
+def released_before(record: Record) -> bool:
+    """Tell whether the robot moves already when the record begins, because an earlier one holds its release."""
+    return record.continued and bool(record["plant.pitch_rate"][0] != 0.0)
+
+
 def release_time(record: Record) -> float:
-    """Return the last time at which the robot is still held (or rests) at first, in s; nan if it never moves."""
+    """Return the last time at which the robot is still held (or rests) at first, in s.
+
+    nan if it never moves, or was released before the record begins.
+    """
     moving = np.flatnonzero(record["plant.pitch_rate"] != 0.0)
-    if not moving.size:
+    if not moving.size or released_before(record):
         return nan
     return float(record.times[moving[0] - 1]) if moving[0] else float(record.times[0])
 
@@ -71,7 +86,12 @@ def steady_pitch(record: Record) -> Array:
 
 
 def balanced(record: Record) -> float:
-    """Return 1 when the robot stands and its pitch is within `PITCH_LIMIT` from `SETTLED_AFTER` on, else 0."""
+    """Return 1 when the robot stands and its pitch is within `PITCH_LIMIT` from `SETTLED_AFTER` on, else 0.
+
+    nan where the robot stands and was released before the record begins.
+    """
+    if released_before(record) and fallen_at(record) == inf:
+        return nan
     lasts = record.times[-1] >= release_time(record) + SETTLED_AFTER
     return float(lasts and fallen_at(record) == inf and peak_pitch_settled(record) < PITCH_LIMIT)
 
@@ -121,7 +141,8 @@ def energy(record: Record) -> float:
 
 def estimator_error(record: Record) -> float:
     """Return the largest difference between estimated and real pitch from the release on, in rad."""
-    error = np.abs(record["estimator.pitch"] - record["plant.pitch"])[record.times >= release_time(record)]
+    since = released_before(record) | (record.times >= release_time(record))
+    error = np.abs(record["estimator.pitch"] - record["plant.pitch"])[since]
     return float(np.max(error)) if error.size else nan
 
 
@@ -141,11 +162,13 @@ class Metric:
     shown_unit: str = ""
     scale: float = 1.0
     digits: int = 2
+    infinite: str = "never"
+    """What an infinite value means."""
 
     def text(self, value: float) -> str:
         """Return a value as people read it, with its unit."""
         if not np.isfinite(value):
-            return "–" if isnan(value) else "never"
+            return "–" if isnan(value) else self.infinite
         unit = self.shown_unit or self.unit
         if unit == "1":
             return f"{value:g}"
@@ -164,7 +187,7 @@ METRICS: dict[str, Metric] = {
     "steady_state_error": _angle("steady-state error", steady_state_error),
     "peak_pitch_settled": _angle("largest pitch in steady state", peak_pitch_settled),
     "pitch_overshoot": _angle("overshoot", pitch_overshoot),
-    "settling_time": Metric("settling time", "s", pitch_settling_time),
+    "settling_time": Metric("settling time", "s", pitch_settling_time, infinite="not reached"),
     "peak_voltage": Metric("peak voltage", "V", peak_voltage),
     "energy": Metric("energy", "J", energy),
     "estimator_error": _angle("estimator error", estimator_error),
@@ -181,10 +204,13 @@ def measure(record: Record) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a run went: `metrics` as `measure` gives them, when the record `ended` in s, and a sentence."""
+    """How a run went: `metrics` as `measure` gives them, when the record `began` and `ended` in s, and a sentence."""
 
     metrics: Mapping[str, float]
+    began: float
     ended: float
+    released_before: bool = False
+    """The record continues a run whose robot was released before it begins."""
 
     @property
     def balanced(self) -> bool:
@@ -204,7 +230,10 @@ class Verdict:
     def sentence(self) -> str:
         """The verdict in words."""
         if self.metrics["fallen_at"] < inf:
-            return f"fell at {self.metrics['fallen_at']:.3f} s"
+            before = self.released_before and self.metrics["fallen_at"] == self.began
+            return f"fell {'before' if before else 'at'} {self.metrics['fallen_at']:.3f} s"
+        if self.released_before:
+            return f"stands from {self.began:g} s to {self.ended:g} s; not judged, for it was released before"
         if isnan(self.release):
             return "not released"
         if not self.decided:
@@ -220,4 +249,4 @@ class Verdict:
 
 def judge(record: Record) -> Verdict:
     """Judge a run; raises TwipError where a signal is missing."""
-    return Verdict(measure(record), float(record.times[-1]))
+    return Verdict(measure(record), float(record.times[0]), float(record.times[-1]), released_before(record))

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from ..cosim.playback import Playback
 from ..errors import TwipError
 from .drawing import label, legend, look, picture
+from .endings import check_ending
 from .metrics import is_robot
 from .numbers import Array
 from .panels import Panel, panels
@@ -30,8 +31,7 @@ def plot(logs: Sequence[Playback], path: Path, names: Sequence[str] = (), in_deg
     signals in the log's units, or with rad `in_degrees`. Raises TwipError for a name that matches nothing, a log
     without rows, another format than `FORMATS` and a file that cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise TwipError(f"{path}: the ending must be one of {', '.join(FORMATS)}")
+    check_ending(path, FORMATS)
     if empty := [str(log.path) for log in logs if not len(log.times)]:
         raise TwipError("\n".join(f"log {name!r} has no rows to plot" for name in empty))
     drawn = [[_shown(panel, in_degrees) for panel in panels(log, names)] for log in logs]

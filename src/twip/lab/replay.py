@@ -8,6 +8,7 @@ from ..cosim.playback import Playback, read
 from ..errors import TwipError
 from ..fmi.declare import Variable
 from ..fmi.replay import Recording, write_replay
+from .remarks import cut_off
 
 KINDS = {"Real": "Real", "Float32": "Real", "Boolean": "Boolean"} | dict.fromkeys(
     ("Integer", "Int8", "UInt8", "Int16", "UInt16"), "Integer"
@@ -44,7 +45,7 @@ def replay(log: Path, component: str, output: Path, linear: bool = False) -> lis
     columns = tuple(_numbers(record, f"{component}.{s.name}") for s in kept)
     text = f"Outputs of {component}, played from {log.name}"
     write_replay(Recording(output.stem, text, variables, record.times.tolist(), columns), output)
-    return left_out
+    return [missing for missing in (cut_off(record), *left_out) if missing]
 
 
 def _numbers(record: Playback, name: str) -> list[float]:

@@ -20,11 +20,13 @@ from ..cosim.log_schema import unique_identifiers
 from ..cosim.playback import Playback
 from ..errors import TwipError
 from .drawing import BLUE, GREEN, INK, look
+from .endings import check_ending
 from .panels import panels
 from .scene import SIGNALS
 
 APPLICATION = "twip"
 """Recording and blueprint belong together by this id."""
+FORMATS = (".rrd",)
 MOST_PLOTS = 6
 DARK = {INK: "#e6e6e6", BLUE: "#4fa3e0", GREEN: "#58b27c"}
 """Colours that would not show on Rerun's dark ground, and what stands for them."""
@@ -43,6 +45,7 @@ class Place:
 
 def recording(log: Playback, path: Path) -> Path:
     """Write a log as Rerun recording with its layout to `path` (.rrd), and return it; raises TwipError."""
+    check_ending(path, FORMATS)
     program = rerun()
     options = ("--application-id", APPLICATION, "--timeline-type", "duration")
     with tempfile.TemporaryDirectory(prefix="twip-view-") as folder:

@@ -6,6 +6,7 @@ from html import escape
 
 from ...cosim.playback import Playback
 from ..metrics import METRICS, Verdict
+from ..remarks import cut_off, remarks
 from ..run_parameters import given
 
 NOTHING = "–"
@@ -28,8 +29,9 @@ def summary(logs: Sequence[Playback], verdicts: Sequence[Verdict | None]) -> dic
     """Return what each log amounts to, by label."""
     rows: dict[str, list[Cell]] = {}
     if any(verdicts):
+        fell = any(verdict.metrics["fallen_at"] < math.inf for verdict in verdicts if verdict)
         for name, metric in METRICS.items():
-            if name != "balanced" and any(v.metrics[name] < math.inf for v in verdicts if v):
+            if name != "balanced" and (name != "fallen_at" or fell):
                 rows[metric.label] = [verdict.text(name) if verdict else None for verdict in verdicts]
     rows["simulated"] = [_span(log) for log in logs]
     rows["messages"] = [_messages(log) for log in logs]
@@ -51,7 +53,7 @@ def origin(logs: Sequence[Playback]) -> dict[str, list[Cell]]:
     """Return where the logs come from: command, versions, files and their fingerprints."""
     rows: dict[str, list[Cell]] = {"log": [str(log.path) for log in logs]}
     if not all(log.complete for log in logs):
-        rows["state"] = [None if log.complete else "ended early, its last rows are missing" for log in logs]
+        rows["state"] = [cut_off(log) or "complete" for log in logs]
     found: dict[str, list[Cell]] = {}
     for column, log in enumerate(logs):
         for title, values in log.metadata.items():
@@ -87,6 +89,13 @@ def verdicts_line(names: Sequence[str], colors: Sequence[str], verdicts: Sequenc
     return "".join(texts)
 
 
+def remarks_line(names: Sequence[str], logs: Sequence[Playback]) -> str:
+    """Return what should be known before anything else, for the head of the page."""
+    found = [(name, text) for name, log in zip(names, logs, strict=True) for text in remarks(log)]
+    texts = [f"{name}: {text}" if len(names) > 1 else text for name, text in found]
+    return "".join(f'<span class="remark">{escape(text)}</span>' for text in texts)
+
+
 def _cells(cells: Sequence[Cell]) -> str:
     return "".join(f"<td>{escape(cell or NOTHING)}</td>" for cell in cells)
 
@@ -95,7 +104,8 @@ def _span(log: Playback) -> str:
     if not len(log.times):
         return "no rows"
     first, last = float(log.times[0]), float(log.times[-1])
-    return f"{first:g} s to {last:g} s, {len(log.times)} rows"
+    cut = "" if log.complete else ", cut off"
+    return f"{first:.6g} s to {last:.6g} s, {len(log.times)} rows{cut}"
 
 
 def _messages(log: Playback) -> str:

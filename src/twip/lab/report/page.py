@@ -1,17 +1,11 @@
-"""Puts a report together: panels and samples of the logs, tables, BokehJS and our scripts, in one HTML file."""
+"""Puts the report of logs together: panels and samples, tables, messages, and the scripts that show them."""
 
-import json
 import os
 from collections.abc import Sequence
-from html import escape
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
-from bokeh.resources import Resources
 
 from ...cosim.playback import Playback
 from ...errors import TwipError
@@ -20,9 +14,10 @@ from ..metrics import is_robot, judge
 from ..panels import Line, panels
 from ..run_parameters import number
 from . import about
+from .frame import filled, framed, write_page
+from .messages import messages_table
 from .samples import Samples
 
-PARTS = ("page.html", "page.css")
 SCRIPTS = ("data.js", "plots.js", "robot.js", "player.js")
 BEFORE_RELEASE = 0.2
 """How long before the robot is released the report begins, in s."""
@@ -37,16 +32,6 @@ def report(logs: Sequence[Playback], path: Path, names: Sequence[str] = ()) -> P
     if empty := [str(log.path) for log in logs if not len(log.times)]:
         raise TwipError("\n".join(f"log {name!r} has no rows to show" for name in empty))
     return write_page(page(logs, names), path)
-
-
-def write_page(text: str, path: Path) -> Path:
-    """Write a page to `path`, and return it. Raises TwipError when it cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", errors="backslashreplace")
-    except OSError as error:
-        raise TwipError(f"{path}: the report cannot be written ({error.strerror})") from None
-    return path
 
 
 def page(logs: Sequence[Playback], names: Sequence[str] = ()) -> str:
@@ -76,18 +61,19 @@ def page(logs: Sequence[Playback], names: Sequence[str] = ()) -> str:
         if not packed["group"]
         else (f"Drawn from the smallest and the largest value of every {packed['group']:g} s; the log has them all.")
     )
-    own = {name: (files(__package__) / name).read_text(encoding="utf-8") for name in (*PARTS, *SCRIPTS)}
-    return Template(own["page.html"]).substitute(
-        title=escape(" and ".join(labels)),
-        css=own["page.css"],
-        verdicts=about.verdicts_line(labels, colors, verdicts),
-        summary=about.table("Summary", labels, about.summary(logs, verdicts)),
-        about="\n".join(details),
-        footer=escape(f"{note} twip {version('twip')}, drawn with Bokeh {version('bokeh')}."),
-        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        samples=packed_text,
-        bokeh=inert("\n".join(Resources(mode="inline", components=["bokeh", "bokeh-api"], minified=True).js_raw)),
-        scripts=inert("\n".join(own[name] for name in SCRIPTS)),
+    return framed(
+        "run",
+        " and ".join(labels),
+        about.verdicts_line(labels, colors, verdicts) + about.remarks_line(labels, logs),
+        filled(
+            "run.html",
+            summary=about.table("Summary", labels, about.summary(logs, verdicts)),
+            about=messages_table(labels, logs) + "\n".join(details),
+        ),
+        note,
+        data,
+        SCRIPTS,
+        packed_text,
     )
 
 
@@ -159,8 +145,3 @@ def _robot(log: Playback, index: int, color: str, samples: Samples) -> dict[str,
         **{name: parameter(name) for name in ("wheel_radius", "track_width", "push_height")},
         "height": 2.0 * parameter("cog_height"),
     }
-
-
-def inert(script: str) -> str:
-    """Return a script in which nothing ends the element that holds it."""
-    return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")

@@ -1,24 +1,19 @@
 """The report of a sweep: what varied, how often it passed, maps, ranking, metrics and failed runs in one HTML file."""
 
 import itertools
-import json
 from collections.abc import Mapping
 from html import escape
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
 import numpy as np
-from bokeh.resources import Resources
 
 from ...errors import TwipError
 from ..sweep.classes import Classes, cell_means, groups
 from ..sweep.parquet import Results
 from ..sweep.statistics import CONFIDENCE, Array, Rate, rank_regression, sobol_indices
 from .about import table
-from .page import inert, write_page
+from .frame import filled, framed, write_page
 
 MOST_MAPS = 6
 MOST_ERRORS = 100
@@ -45,24 +40,16 @@ def sweep_report(source: Path, path: Path) -> Path:
 
 def sweep_page(results: Results, title: str) -> str:
     """Return the report as HTML."""
-    own = {
-        name: (files(__package__) / name).read_text(encoding="utf-8") for name in ("sweep.html", "page.css", "sweep.js")
-    }
     rankings, unranked = _rankings(results)
     note = f"{CONFIDENCE:.0%} intervals: Wilson's of shares, bootstrap of rankings. A run that failed has not passed."
     verdicts = f'<span class="verdict" style="--mark: var(--blue)">{escape(_counts(results))}</span>'
-    data = {"maps": _maps(results), "rankings": rankings}
-    return Template(own["sweep.html"]).substitute(
-        title=escape(title),
-        css=own["page.css"],
-        verdicts=verdicts,
+    body = filled(
+        "sweep.html",
         before=table("What varied", [""], _plan(results)) + _rates(results),
         after=unranked + _metrics(results) + _failed(results) + _origin(results),
-        footer=escape(f"{note} twip {version('twip')}, drawn with Bokeh {version('bokeh')}."),
-        data=json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-        bokeh=inert("\n".join(Resources(mode="inline", components=["bokeh", "bokeh-api"], minified=True).js_raw)),
-        scripts=inert(own["sweep.js"]),
     )
+    data = {"maps": _maps(results), "rankings": rankings}
+    return framed("sweep", title, verdicts, body, note, data, ["sweep.js"])
 
 
 def _counts(results: Results) -> str:

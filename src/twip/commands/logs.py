@@ -1,0 +1,29 @@
+"""Reads the logs that a command is given, and says where one is cut off."""
+
+import sys
+from pathlib import Path
+
+from ..cosim.playback import Playback, read
+from ..lab.remarks import cut_off
+
+
+def read_log(path: Path) -> Playback:
+    """Return a log; that it is cut off is told on standard error. Raises TwipError when it cannot be read."""
+    log = read(path)
+    if text := cut_off(log):
+        print(f"twip: warning: {path}: {text}", file=sys.stderr)
+    return log
+
+
+def extent(log: Playback) -> dict[str, object]:
+    """Return for scripts how much of a run a log holds; times in s, None where there are no rows."""
+    first, last = (float(log.times[i]) if len(log.times) else None for i in (0, -1))
+    return {
+        "start_time": log.start_time,
+        "first_time": first,
+        "last_time": last,
+        "rows": len(log.times),
+        "complete": log.complete,
+        "cut_off_at": None if log.complete else last,
+        "continued": log.continued,
+    }
