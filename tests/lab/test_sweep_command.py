@@ -1,5 +1,6 @@
 """`twip sweep`: what it prints, what it draws, and that a bad sweep gets its lines before anything runs."""
 
+import json
 import os
 import signal
 import subprocess
@@ -73,7 +74,7 @@ def test_a_sweep_with_pictures_and_logs_of_the_worst_runs(folder, capsys):
     assert [log.name for log in logs] == ["run-06.mcap", "run-09.mcap"]  # the slowest decay from 3 and 4
     assert read(logs[1])["d.x"][-1] == results.columns["final:d.x"][9]
     assert main(["sweep", "logs/decay.parquet", "--map", "d.x_start", "d.rate", "final:d.x"]) == 0
-    with pytest.raises(TwipError, match=r"d\.z did not vary; there are d\.x_start, d\.rate"):
+    with pytest.raises(TwipError, match=r"d\.z does not vary; there are d\.x_start, d\.rate"):
         draw_map(results, "d.x_start", "d.z", "success", folder / "x.png")
 
 
@@ -165,3 +166,84 @@ def test_ctrl_c_says_how_to_go_on(folder):
     assert out.splitlines()[-1].endswith("--start-values d.fault slow --resume")
     kept = Results.read(folder / "logs" / "decay.parquet").columns["run"]
     assert 3 <= len(kept) < 200
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--map", "d.rate"], "--map takes two axes and perhaps a metric"),
+        (
+            ["--map", "d.rat", "d.rate", "final:d.x"],
+            "--map: d.rat does not vary; there are d.rate, d.x_start",
+        ),
+        (["--map", "d.rate", "d.rate", "final:d.x"], "--map: d.rate, d.rate: an axis is named twice"),
+        (["--map", "d.rate", "d.x_start"], "--map: the sweep has no conditions, so no run passes or fails"),
+        (
+            ["--map", "d.rate", "d.x_start", "final:x"],
+            "--map: the sweep has no metric final:x, did you mean final:d.x?",
+        ),
+        (["--rate", "d.rate"], "--rate: the sweep has no conditions, so no run passes or fails"),
+        (["--sensitivity", "final:d.x"], "--sensitivity: ranking needs 8 runs, and there are 4"),
+        (["--keep", "runs:0,4"], "--keep: there is no run 4: the runs are 0 to 3"),
+        (["--keep", "worst:1:n"], "--keep: there is no metric n to tell the worst runs by; there are final:d.x"),
+        (["--out", "x.csv"], "x.csv: the ending must be .parquet"),
+        (
+            ["--map", "a", "d.rate", "m", "--keep", "runs:7"],
+            "--map: a does not vary; there are d.rate, d.x_start\n"
+            "--map: the sweep has no metric m; there are final:d.x, success\n"
+            "--keep: there is no run 7: the runs are 0 to 3",
+        ),
+    ],
+)
+def test_what_a_sweep_cannot_answer_is_told_before_its_first_run(folder, capsys, words, message):
+    assert sweep("--vary", "d.rate=1,2", "d.x_start=1,2", *words, *USUAL) == 1
+    said = capsys.readouterr()
+    assert said.err.splitlines() == [f"twip: {line}" for line in message.splitlines()]  # no "trying the first run"
+    assert said.out == ""
+    assert not (folder / "logs").exists()
+
+
+def test_names_that_a_function_tells_are_checked_when_one_run_has_told_them(folder, capsys):
+    varied = ["--vary", "d.x_start=1,2", "d.rate=1,2", "--metric", "mine.py:late", "--step-size", "0.25", "--jobs", "1"]
+    assert sweep(*varied, "--map", "d.x_start", "d.rate", "frist", "--keep", "worst:1:second") == 1
+    assert capsys.readouterr().err.splitlines()[1:] == [
+        "twip: --map: the sweep has no metric frist, did you mean first?",
+        "twip: --keep: there is no metric second to tell the worst runs by; there are first, rows",
+    ]
+    assert not list((folder / "logs").iterdir())
+    assert sweep(*varied, "--map", "d.x_start", "d.rate", "first", "--keep", "worst:1:first") == 0
+
+
+def test_what_only_the_runs_tell_keeps_no_other_picture_from_being_drawn(folder, capsys):
+    words = ["--vary", "d.x_start=1:2:4", "d.rate=1,2", "--success", "final:d.x < 9", *USUAL]
+    assert sweep(*words, "--sensitivity", "success", "--rate", "d.rate") == 1
+    said = capsys.readouterr()
+    assert said.err.endswith("twip: --sensitivity: success is 1 in every run: it depends on nothing\n")
+    assert (folder / "logs" / "decay-rate.png").exists()
+
+
+def test_a_script_gets_one_object(folder, capsys):
+    words = ["--vary", "d.x_start=1:4:4", "d.rate=x0.5,1,2", "--success", "final:d.x < 1", "--keep", "worst:1", *USUAL]
+    assert sweep(*words, "--map", "d.x_start", "d.rate", "--sensitivity", "final:d.x", "--json") == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    told = json.loads(line)
+    assert {name: told[name] for name in ("runs", "finished", "done_now", "passed", "failed", "errors")} == {
+        "runs": 12, "finished": 12, "done_now": 12, "passed": 7, "failed": 5, "errors": 0
+    }  # fmt: skip
+    assert told["pass_rate"] == 7 / 12
+    assert told["pass_rate_interval"] == pytest.approx([0.320, 0.807], abs=5e-4)  # Wilson, as printed without --json
+    assert told["results"] == "logs/decay.parquet"
+    assert told["pictures"] == {"map": "logs/decay-map.png", "sensitivity": "logs/decay-sensitivity.png"}
+    assert told["logs"] == ["logs/decay-runs/run-09.mcap"]
+    assert told["interrupted"] is False
+    assert len(told["sensitivity"]) == 3
+    assert main(["sweep", "logs/decay.parquet", "--rate", "d.rate", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == {"results": "logs/decay.parquet", "pictures": {"rate": "logs/decay-rate.png"}, "sensitivity": None}
+
+
+def test_a_run_that_fails_has_not_passed(folder, capsys):
+    words = ["--vary", "d.x_start=1,2,3", "--metric", "mine.py:late", "--success", "first < 9", "--step-size", "0.25"]
+    assert sweep(*words, "--jobs", "1", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["passed"], told["errors"], told["pass_rate"]) == (2, 1, 2 / 3)

@@ -2,17 +2,17 @@
 
 import argparse
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..cosim.algorithm import COUPLINGS
 from ..errors import TwipError
 from ..interrupts import INTERRUPTED
+from ..lab.endings import check_ending
 from ..lab.sweep.axis import Axis
 from ..lab.sweep.design import DESIGNS
-from ..lab.sweep.keep import Keep, record_runs
-from ..lab.sweep.parquet import Results
-from ..lab.sweep.pictures import draw_map, draw_rate, draw_sensitivity
+from ..lab.sweep.keep import record_runs
+from ..lab.sweep.parquet import ENDINGS
 from ..lab.sweep.plan import ParameterSet, Plan
 from ..lab.sweep.plan_file import read_plan
 from ..lab.sweep.run import Outcome, run_sweep
@@ -20,7 +20,8 @@ from ..lab.sweep.statistics import Rate
 from .paths import refuse_clashes
 from .progress import progress_bar
 from .run import pairs
-from .terminal import notice, print_rows
+from .sweep_questions import Questions
+from .terminal import notice, print_json, print_rows
 
 DESCRIPTION = """\
 examples:
@@ -108,44 +109,33 @@ def declare(parser: argparse.ArgumentParser) -> None:
     )
     pictures.add_argument("--rate", nargs="+", metavar="X", help="share that passes along axes, with 95 %% intervals")
     pictures.add_argument("--sensitivity", metavar="METRIC", help="how much a metric, or success, depends on each axis")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text, for scripts")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the sweep or read its results, draw the pictures, and return the exit status."""
-    if arguments.map is not None and len(arguments.map) not in (2, 3):
-        raise TwipError("--map takes two axes and perhaps a metric")
+    questions = Questions.of(arguments)
     source: Path = arguments.source
     if source.suffix == ".parquet":
         others = (*_PLAN, "out", "jobs", "dask", "resume", "shuffle", "keep")
         _refuse(arguments, others, f"{source} is there already: it is only drawn")
-        return _draw(arguments, source)
+        if not questions.pictures:
+            raise TwipError(f"{source}: what should be drawn? --map, --rate or --sensitivity")
+        _tell(arguments, {"results": source}, questions, source)
+        return 0
     if source.suffix == ".toml":
         _refuse(arguments, _PLAN, f"belongs into {source}")
         plan = read_plan(source)
     else:
         plan = _plan(arguments)
     out: Path = arguments.out or Path("logs") / f"{source.stem}.parquet"
-    keep = None if arguments.keep is None else Keep.parse(arguments.keep)
+    check_ending(out, ENDINGS)
     refuse_clashes(
         [("the sweep", source), ("the sweep", plan.system), ("--input-file", plan.input_file)], {"--out": out}
     )
-    outcome = _sweep(arguments, plan, out)
-    _print(outcome)
-    if outcome.interrupted:
-        words = [word for word in arguments.words if word != "--resume"]
-        print_rows(("go on by", shlex.join(["twip", *words, "--resume"]) if outcome.rows else None))
-        return int(INTERRUPTED)
-    if keep is not None:
-        folder = out.with_name(f"{out.stem}-runs")
-        for path in record_runs(outcome, keep, folder):
-            print_rows(("log", path))
-    return _draw(arguments, out)
-
-
-def _sweep(arguments: argparse.Namespace, plan: Plan, out: Path) -> Outcome:
     with progress_bar(out.stem, None, "runs", digits=0) as progress:
-        return run_sweep(
+        outcome = run_sweep(
             plan,
             out,
             jobs=arguments.jobs,
@@ -154,7 +144,58 @@ def _sweep(arguments: argparse.Namespace, plan: Plan, out: Path) -> Outcome:
             shuffle=arguments.shuffle,
             progress=progress,
             notice=notice,
+            check=questions.check,
         )
+    if not arguments.json:
+        _print(outcome)
+    told = summary(outcome)
+    if outcome.interrupted:
+        words = [word for word in arguments.words if word != "--resume"]
+        again = shlex.join(["twip", *words, "--resume"]) if outcome.rows else None
+        if arguments.json:
+            print_json({**told, "go_on_by": again})
+        else:
+            print_rows(("go on by", again))
+        return int(INTERRUPTED)
+    logs = []
+    if questions.keep is not None:
+        logs = record_runs(outcome, questions.keep, out.with_name(f"{out.stem}-runs"))
+        if not arguments.json:
+            print_rows(*(("log", path) for path in logs))
+    _tell(arguments, {**told, "logs": logs, "go_on_by": None}, questions, out)
+    return 0
+
+
+def summary(outcome: Outcome) -> dict[str, object]:
+    """Return what a sweep came to, for scripts; times in s, the share of runs that pass with its interval."""
+    rate = _rate(outcome)
+    return {
+        "results": outcome.path if outcome.rows else None,
+        "runs": outcome.runs,
+        "finished": outcome.finished,
+        "done_now": outcome.done_now,
+        "passed": outcome.passed,
+        "failed": outcome.failed,
+        "errors": outcome.errors,
+        "pass_rate": None if rate is None else rate.share,
+        "pass_rate_interval": None if rate is None else rate.interval,
+        "seconds": outcome.seconds,
+        "interrupted": outcome.interrupted,
+    }
+
+
+def _tell(arguments: argparse.Namespace, told: dict[str, object], questions: Questions, path: Path) -> None:
+    """Draw what is asked for beside the results at `path`, and print that, as JSON together with `told`."""
+    pictures: dict[str, Path] = {}
+    words: dict[str, list[str]] = {}
+    try:
+        for kind, picture, lines in questions.draw(path):
+            pictures[kind], words[kind] = picture, lines
+            if not arguments.json:
+                print_rows(*((kind, line) for line in lines), ("picture", picture))
+    finally:
+        if arguments.json:
+            print_json({**told, "pictures": pictures, "sensitivity": words.get("sensitivity")})
 
 
 def _plan(arguments: argparse.Namespace) -> Plan:
@@ -207,42 +248,21 @@ def _print(outcome: Outcome) -> None:
     speed = ""
     if outcome.done_now:
         speed = f", {outcome.done_now} now in {outcome.seconds:.1f} s ({outcome.seconds / outcome.done_now:.3f} s each)"
-    passed = rate_text(outcome.passed, outcome.passed + outcome.failed)
+    rate = _rate(outcome)
     print_rows(
         ("runs", f"{counts}{speed}"),
-        ("passed", passed),
+        ("passed", None if rate is None else rate_text(rate)),
         ("could not be run", outcome.errors or None),
         ("results", outcome.path if outcome.rows else None),
     )
 
 
-def rate_text(successes: int, runs: int) -> str | None:
-    """Return a share with its interval in words, None without runs."""
-    if not runs:
-        return None
-    found = Rate(successes, runs)
-    low, high = found.interval
-    return f"{successes} of {runs}: {found.share:.1%} ({low:.1%} to {high:.1%})"
+def _rate(outcome: Outcome) -> Rate | None:
+    """Return the share of finished runs that passed, None without conditions; a run that failed has not passed."""
+    return Rate(outcome.passed, outcome.finished) if outcome.passed + outcome.failed else None
 
 
-def _draw(arguments: argparse.Namespace, path: Path) -> int:
-    """Draw what is asked for beside the file at `path`."""
-    if arguments.map is None and arguments.rate is None and arguments.sensitivity is None:
-        if arguments.source.suffix == ".parquet":
-            raise TwipError(f"{path}: what should be drawn? --map, --rate or --sensitivity")
-        return 0
-    results = Results.read(path)
-    drawings: list[tuple[str, Callable[[Path], list[str] | None]]] = []
-    if arguments.map is not None:
-        x, y, what = (*arguments.map, "success")[:3]
-        drawings.append(("map", lambda picture: draw_map(results, x, y, what, picture)))
-    if arguments.rate is not None:
-        drawings.append(("rate", lambda picture: draw_rate(results, arguments.rate, picture)))
-    if arguments.sensitivity is not None:
-        drawings.append(("sensitivity", lambda picture: draw_sensitivity(results, arguments.sensitivity, picture)))
-    for kind, draw in drawings:
-        picture = path.with_name(f"{path.stem}-{kind}.png")
-        for line in draw(picture) or ():
-            print_rows((kind, line))
-        print_rows(("picture", picture))
-    return 0
+def rate_text(rate: Rate) -> str:
+    """Return a share with its interval in words."""
+    low, high = rate.interval
+    return f"{rate.successes} of {rate.runs}: {rate.share:.1%} ({low:.1%} to {high:.1%})"

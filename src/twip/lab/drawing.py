@@ -24,8 +24,10 @@ BROAD: dict[str, Any] = {"linewidth": 1.8}
 """Line of one of several real quantities that are compared."""
 WHEEL, HEIGHT, WIDTH = 0.05, 0.20, 0.07
 """Drawn sizes of the robot in m."""
-PALETTE = (BLUE, RED, GREEN, ORANGE, "#7a5aa6", "#4d8f9c")
-"""Colours of lines that have no role, and of logs that are compared."""
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""Colours of lines that have no role, and of logs that are compared: blue, vermilion, green, purple, orange and sky
+blue, which colour-blind people tell apart too (M. Okabe and K. Ito, Color Universal Design, 2008).
+"""
 
 
 @dataclass(frozen=True)

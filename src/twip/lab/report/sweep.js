@@ -1,11 +1,19 @@
 // The pictures of a sweep: maps over two axes, and bars with intervals; hovering tells the numbers.
 
-const LOW = [209, 74, 92], HIGH = [209, 232, 245];
-const SCALE = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
-
+// The colour at a share of the way along colours such as "#d55e00".
 function mixed(colors, share) {
   const at = Math.min(1, Math.max(0, share)) * (colors.length - 1), i = Math.min(colors.length - 2, Math.floor(at));
-  return `rgb(${colors[i].map((c, k) => Math.round(c + (at - i) * (colors[i + 1][k] - c))).join(",")})`;
+  const part = (color, k) => parseInt(color.slice(1 + 2 * k, 3 + 2 * k), 16);
+  return `rgb(${[0, 1, 2].map(k => Math.round(part(colors[i], k) + (at - i) * (part(colors[i + 1], k) - part(colors[i], k)))).join(",")})`;
+}
+
+function scale(into, {colors, ends}) {
+  const line = document.createElement("p"), bar = document.createElement("span"), empty = document.createElement("span");
+  line.className = "scale";
+  bar.style.background = `linear-gradient(to right, ${colors.join(", ")})`;
+  empty.className = "empty";
+  line.append(ends[0], bar, ends[1], empty, "nothing to show");
+  into.append(line);
 }
 
 function calm(figure) {
@@ -19,14 +27,16 @@ function calm(figure) {
   for (const grid of [figure.xgrid, figure.ygrid]) grid.grid_line_color = null;
 }
 
-function place(title, note) {
+function place(title, note, map = null) {
   const section = document.createElement("section"), head = document.createElement("h2"), text = document.createElement("p");
   const drawn = document.createElement("div");
   head.textContent = title;
   text.textContent = note;
   text.className = "note";
   drawn.className = "drawn";
-  section.append(head, text, drawn);
+  section.append(head, text);
+  if (map) scale(section, map);
+  section.append(drawn);
   document.getElementById("drawn").append(section);
   return drawn;
 }
@@ -38,16 +48,20 @@ function show(figure, into) {
 }
 
 async function map(picture) {
-  const into = place(picture.title, picture.note);
+  const into = place(picture.title, picture.note, picture);
   for (const panel of picture.panels) {
     const factors = list => new Bokeh.FactorRange({factors: list});
     const figure = new Bokeh.Plotting.figure({
       x_range: factors(picture.across), y_range: factors(picture.down), width: picture.panels.length > 1 ? 410 : 640, height: 360,
       title: panel.label || null, toolbar_location: null, tools: [], outline_line_color: null,
     });
-    const color = panel.cells.shade.map(s => s === null ? "#f1f1f1" : mixed(picture.share ? [LOW, HIGH] : SCALE, s));
-    const source = new Bokeh.ColumnDataSource({data: {...panel.cells, color}});
-    figure.rect({field: "x"}, {field: "y"}, 1, 1, {source, fill_color: {field: "color"}, line_color: "white", line_width: 1});
+    const color = panel.cells.shade.map(s => s === null ? "#fff" : mixed(picture.colors, s));
+    const hatch = panel.cells.shade.map(s => s === null ? "right_diagonal_line" : "blank");
+    const source = new Bokeh.ColumnDataSource({data: {...panel.cells, color, hatch}});
+    figure.rect({field: "x"}, {field: "y"}, 1, 1, {
+      source, fill_color: {field: "color"}, line_color: "white", line_width: 1,
+      hatch_pattern: {field: "hatch"}, hatch_color: "#9a9a9a", hatch_scale: 8, hatch_weight: 1,
+    });
     figure.add_tools(new Bokeh.HoverTool({tooltips: picture.told.map(([name, field]) => [name, `@${field}`])}));
     calm(figure);
     figure.xaxis.axis_label = picture.x;

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...errors import TwipError
 from ..sweep.classes import Classes, cell_means, groups
-from ..sweep.parquet import Results
+from ..sweep.parquet import NOT_NUMBERS, Results
+from ..sweep.pictures import BETWEEN, FAILS, PASSES
 from ..sweep.statistics import CONFIDENCE, Array, Rate, rank_regression, sobol_indices
 from .about import table
 from .frame import filled, framed, write_page
@@ -18,9 +19,11 @@ from .frame import filled, framed, write_page
 MOST_MAPS = 6
 MOST_ERRORS = 100
 """Failed runs that are listed."""
+_PASSES = (FAILS, BETWEEN, PASSES)
+_NUMBERS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
+"""Colours from the smallest to the largest value: viridis."""
 _TOLD = 6
 """Metrics that a cell of a map tells."""
-_NOT_METRICS = ("run", "parameters", "seed", "verdict", "error", "start_values")
 
 
 def sweep_report(source: Path, path: Path) -> Path:
@@ -65,7 +68,7 @@ def _plan(results: Results) -> dict[str, list[str | None]]:
         values = axis["distribution"] or ", ".join(_text(v) for v in axis.get("values", ()))
         names = ", ".join(map(str, axis.get("names", ())))
         also = f" ({names})" if names != axis["label"] else ""
-        rows[str(axis["label"])] = [f"{'multiples: ' if axis['factor'] else ''}{values}{also}"]
+        rows[results.titled(str(axis["label"]))] = [f"{values}{also}"]
     if "parameters" in results.columns:
         rows["parameter sets"] = [", ".join(map(str, dict.fromkeys(results.columns["parameters"])))]
     for key in ("design", "samples", "repeat", "seed", "start_time", "stop_time", "step_size", "coupling"):
@@ -99,7 +102,7 @@ def _rate(success: Array) -> Rate:
 
 
 def _metric_names(results: Results) -> list[str]:
-    return [name for name in results.columns if name not in (*_NOT_METRICS, *results.axes)]
+    return [name for name in results.columns if name not in (*NOT_NUMBERS, "seed", *results.axes)]
 
 
 def _maps(results: Results) -> list[dict[str, Any]]:
@@ -133,24 +136,25 @@ def _map(results: Results, x: str, y: str, what: str, metrics: list[str]) -> dic
             rate = _rate(success[inside])
             first, last = rate.interval
             passed = f"{rate.successes} of {runs} ({first:.0%} to {last:.0%})"
-            cells["value"].append((passed if share else _text(mean)) if runs else "no runs")
+            told_mean = _text(mean) if np.isfinite(mean) else "no finite number"
+            cells["value"].append((passed if share else told_mean) if runs else "no runs")
             cells["runs"].append(runs)
             for field, name in zip(_fields(told), told, strict=True):
                 cells[field].append(_text(_quantiles(results.numbers(name)[inside])[1]))
         panels.append({"label": label, "cells": cells})
-    note = "Red: none passes; light blue: all pass." if share else f"Dark: {_text(low)}; bright: {_text(high)}."
+    also = [[f"{results.titled(name)}, median", field] for name, field in zip(told, _fields(told), strict=True)]
     return {
-        "title": f"{'Share that passes' if share else what} over {x} and {y}",
-        "note": f"{note} Grey: nothing to show. Point at a cell for its numbers.",
-        "share": share,
+        "title": f"{'Share that passes' if share else results.titled(what)} over {x} and {y}",
+        "note": "Point at a cell for its numbers.",
+        "colors": _PASSES if share else _NUMBERS,
+        "ends": ["none passes", "all pass"] if share else [_text(low), _text(high)],
         "x": across.name,
         "y": down.name,
         "across": list(dict.fromkeys(across.texts)),
         "down": list(dict.fromkeys(down.texts)),
-        "told": [[x, "x"], [y, "y"], ["pass" if share else what, "value"], ["runs", "runs"],
-                 *([f"{name}, median", field] for name, field in zip(told, _fields(told), strict=True))],
+        "told": [[across.name, "x"], [down.name, "y"], ["pass" if share else what, "value"], ["runs", "runs"], *also],
         "panels": panels,
-    }  # fmt: skip
+    }
 
 
 def _fields(told: list[str]) -> list[str]:
@@ -190,7 +194,7 @@ def _metrics(results: Results) -> str:
     for name in _metric_names(results):
         values = results.numbers(name)
         known = int(np.sum(~np.isnan(values)))
-        rows[name] = [*(_text(v) for v in _quantiles(values)), str(known)]
+        rows[results.titled(name)] = [*(_text(v) for v in _quantiles(values)), str(known)]
     return table("Metrics", ["min", "median", "max", "runs"], rows)
 
 

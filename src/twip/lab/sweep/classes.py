@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .parquet import Results
 from .statistics import Array
@@ -20,7 +21,7 @@ class Classes:
 
     def __init__(self, results: Results, name: str):
         axis = next((a for a in results.description["axes"] if a["label"] == name), None)
-        self.name = f"{name}, multiples of its value" if axis is not None and axis["factor"] else name
+        self.name = results.titled(name)
         column = results.columns[name]
         self._edges: Array | None = None
         self._known: list[Any] = []
@@ -65,6 +66,13 @@ def groups(results: Results, drawn: set[str]) -> Iterator[tuple[str, Any]]:
     else:
         for label in dict.fromkeys(column):
             yield str(label), np.array([v == label for v in column])
+
+
+def cell_counts(chosen: Any, across: Classes, down: Classes) -> NDArray[np.int64]:
+    """Return how many of some runs are in each cell (down, across)."""
+    counts = np.zeros((down.count, across.count), np.int64)
+    np.add.at(counts, (down.index[chosen], across.index[chosen]), 1)
+    return counts
 
 
 def cell_means(values: Array, chosen: Any, across: Classes, down: Classes) -> Array:

@@ -36,6 +36,13 @@ class Keep:
             pass
         raise TwipError(f"{text!r} must be worst:COUNT, worst:COUNT:METRIC or runs:NUMBER,NUMBER,…")
 
+    def problems(self, runs: int, known: Sequence[str] | None) -> list[str]:
+        """Return what is wrong with the choice of a sweep with so many runs, and the `known` metrics if all are."""
+        found = [f"there is no run {n}: the runs are 0 to {runs - 1}" for n in self.numbers if n >= runs]
+        if self.metric is not None and known is not None and self.metric not in known:
+            found.append(f"there is no metric {self.metric} to tell the worst runs by; there are {', '.join(known)}")
+        return found
+
     def chosen(self, rows: Sequence[Row]) -> list[int]:
         """Return the numbers of the runs, the worst first. Raises `TwipError` for a run or metric that is not there."""
         if self.numbers:

@@ -93,6 +93,13 @@ class Judge:
         if not self._measures:
             raise TwipError("no metrics: name some, such as max:COMPONENT.VARIABLE or FILE.py:FUNCTION")
 
+    @property
+    def names(self) -> tuple[str, ...] | None:
+        """Names of the metrics, None where a user's function tells its own."""
+        if any(".py:" in name for name, _ in self._measures):
+            return None
+        return tuple(n for name, _ in self._measures for n in (("fallen", *METRICS) if name == ROBOT else (name,)))
+
     def metrics(self, table: Table) -> dict[str, float | None]:
         """Return the metrics of a run by name; None stands for not a number. Raises `MetricError`."""
         result: dict[str, float | None] = {}

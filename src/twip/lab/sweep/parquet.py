@@ -25,6 +25,9 @@ from .worker import Row
 
 KEY = b"twip"
 """Of the schema's metadata."""
+ENDINGS = (".parquet",)
+NOT_NUMBERS = ("run", "parameters", "verdict", "error", "start_values")
+"""Columns that are no numbers to ask about."""
 _ENGINES = ("twip", "numpy", "scipy", "fmpy", "pyarrow")
 
 
@@ -128,6 +131,14 @@ class Results:
         sets = ["parameters"] if "parameters" in self.columns else []
         return sets + [str(axis["label"]) for axis in self.description["axes"]]
 
+    def titled(self, name: str) -> str:
+        """Return what to call a column, or an axis, with its unit where it is known."""
+        axis = next((a for a in self.description["axes"] if a["label"] == name), None)
+        if axis is not None and axis["factor"]:
+            return f"{name}, multiples of its value"
+        unit = self.description.get("units", {}).get(name)
+        return f"{name} [{unit}]" if unit else name
+
     def only(self, parameter_set: str) -> "Results":
         """Return the runs with one of the parameter sets."""
         kept = [label == parameter_set for label in self.columns["parameters"]]
@@ -144,7 +155,7 @@ class Results:
         if name == "success":
             return np.array([float(v == "pass") for v in self.columns["verdict"]])
         if name not in self.columns:
-            known = ", ".join(n for n in self.columns if n not in ("run", "error", "start_values"))
+            known = ", ".join(n for n in self.columns if n not in NOT_NUMBERS)
             raise TwipError(f"the sweep has no column {name}; there are {known}, success")
         try:
             return np.array([np.nan if v is None else float(v) for v in self.columns[name]])

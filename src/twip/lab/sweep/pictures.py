@@ -4,19 +4,24 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.patches import Rectangle
 
 from ...errors import TwipError
-from ..drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, picture
-from .classes import Classes, cell_means, groups
+from ..drawing import BLUE, GREY, INK, ORANGE, PALETTE, picture
+from .classes import Classes, cell_counts, cell_means, groups
+from .known import SUCCESS, Known, refuse
 from .parquet import Results
 from .statistics import CONFIDENCE, Array, Influence, Rate, rank_regression, sobol_indices
 
-_COLOURS = (BLUE, RED, GREEN, ORANGE, INK, GREY)
-_PASSES = ListedColormap(
-    [tuple(np.array((0.82, 0.29, 0.36)) * (1 - s) + np.array((0.82, 0.91, 0.96)) * s) for s in np.linspace(0, 1, 64)]
-)
+_COLOURS = (*PALETTE, INK)
+FAILS, BETWEEN, PASSES = "#d55e00", "#f6e8c3", "#0072b2"
+"""Colours of a share that passes: of 0, 1/2 and 1. Vermilion and blue stay apart for everybody's eyes."""
+NO_RUN, NO_NUMBER = ("////", "no run"), ("....", "no finite number")
+"""Hatches of cells that have no colour, and what they mean."""
+_PASSES = LinearSegmentedColormap.from_list("passes", (FAILS, BETWEEN, PASSES))
 
 
 def draw_map(results: Results, x: str, y: str, what: str, path: Path, title: str = "") -> None:
@@ -25,8 +30,8 @@ def draw_map(results: Results, x: str, y: str, what: str, path: Path, title: str
     What other axes and repetitions vary is averaged; a cell without a finite number stays empty. Raises `TwipError` for
     unknown columns and where the picture cannot be written.
     """
-    _check_axes(results, (x, y))
-    _check_judged(results, what)
+    known = Known.of_results(results)
+    refuse([*known.axis_problems((x, y)), *known.metric_problems(what)])
     across, down = Classes(results, x), Classes(results, y)
     values = results.numbers(what)
     panels = list(groups(results, {x, y}))
@@ -34,19 +39,30 @@ def draw_map(results: Results, x: str, y: str, what: str, path: Path, title: str
     shown = np.concatenate([c[np.isfinite(c)] for c in cells])
     if not shown.size:
         raise TwipError(f"{what} is finite in no run")
-    low, high = (0.0, 1.0) if what == "success" else (float(np.min(shown)), float(np.max(shown)))
-    width = 1.6 + 3.4 * len(panels)
-    with picture(path, title or f"{what} over {x} and {y}", [3.4], width, len(panels)) as given:
+    low, high = (0.0, 1.0) if what == SUCCESS else (float(np.min(shown)), float(np.max(shown)))
+    width = 1.9 + 3.6 * len(panels)
+    named = "Share that passes" if what == SUCCESS else what
+    with picture(path, title or f"{named} over {x} and {y}", [3.8], width, len(panels)) as given:
         grid = given if len(panels) == 1 else list(given[0])
-        for (label, _), means, axes in zip(panels, cells, grid, strict=True):
+        empty: dict[str, Artist] = {}
+        for (label, chosen), means, axes in zip(panels, cells, grid, strict=True):
             image = axes.pcolormesh(
-                np.ma.masked_invalid(means), cmap=_PASSES if what == "success" else "viridis", vmin=low, vmax=high,
+                np.ma.masked_invalid(means), cmap=_PASSES if what == SUCCESS else "viridis", vmin=low, vmax=high,
                 edgecolors="white", linewidth=0.5,
             )  # fmt: skip
+            counts = cell_counts(chosen, across, down)
+            for row, column in np.argwhere(~np.isfinite(means)):
+                hatch, meaning = NO_NUMBER if counts[row, column] else NO_RUN
+                cell = Rectangle((column, row), 1.0, 1.0, linewidth=0.0, hatch=hatch, label=meaning)
+                cell.set(facecolor="white", edgecolor=GREY)
+                empty[meaning] = axes.add_patch(cell)
             axes.set_title(label)
             across.label(axes.xaxis)
             down.label(axes.yaxis)
-        grid[0].figure.colorbar(image, ax=grid, label="share that passes" if what == "success" else what)
+        figure = grid[0].figure
+        figure.colorbar(image, ax=grid, label="share that passes" if what == SUCCESS else results.titled(what))
+        if empty:
+            figure.legend(handles=list(empty.values()), loc="outside lower right", ncols=2, frameon=False)
 
 
 def draw_rate(results: Results, along: Sequence[str], path: Path, title: str = "") -> None:
@@ -54,8 +70,8 @@ def draw_rate(results: Results, along: Sequence[str], path: Path, title: str = "
 
     Raises `TwipError` for unknown columns, a sweep without conditions, and where the picture cannot be written.
     """
-    _check_axes(results, along)
-    _check_judged(results, "success")
+    known = Known.of_results(results)
+    refuse([*known.axis_problems(along), *known.metric_problems(SUCCESS)])
     success = results.numbers("success")
     with picture(path, title or f"Success rate over {', '.join(along)}", [2.6] * len(along), width=7.0) as panels:
         for x, axes in zip(along, panels, strict=True):
@@ -65,13 +81,14 @@ def draw_rate(results: Results, along: Sequence[str], path: Path, title: str = "
                 _line(axes, [i + 0.5 for i in range(classes.count)], rates, colour, label)
             classes.label(axes.xaxis)
             axes.set(xlim=(0.0, classes.count), ylim=(-0.03, 1.03))
-            axes.set_ylabel(f"share that passes, {CONFIDENCE:.0%}")
+            axes.set_ylabel(f"share that passes, {CONFIDENCE:.0%} interval")
         if "parameters" in results.columns and along[0] != "parameters":
             panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
 
 
 def draw_sensitivity(results: Results, metric: str, path: Path, title: str = "") -> list[str]:
     """Draw how much the metric depends on each axis, and return the lines that say it in words. Raises `TwipError`."""
+    refuse(Known.of_results(results).ranking_problems(metric))
     if results.description["design"] == "indices":
         first, total = sobol_indices(results, metric)
         bars = [("with interactions", BLUE, total), ("alone", ORANGE, first)]
@@ -123,19 +140,6 @@ def _line(axes: Axes, places: list[float], rates: list[Rate], colour: str, label
         [p for p, _ in shown], shares, yerr=[low, high], color=colour, label=label, marker="o", markersize=4,
         capsize=3, linewidth=1.4,
     )  # fmt: skip
-
-
-def _check_axes(results: Results, names: Sequence[str]) -> None:
-    for name in names:
-        if name not in results.axes:
-            raise TwipError(f"{name} did not vary; there are {', '.join(results.axes)}")
-    if len(set(names)) < len(names):
-        raise TwipError(f"{', '.join(names)}: an axis is named twice")
-
-
-def _check_judged(results: Results, what: str) -> None:
-    if what == "success" and not results.judged:
-        raise TwipError("the sweep has no conditions, so no run passes or fails")
 
 
 def _cycle() -> Iterator[str]:

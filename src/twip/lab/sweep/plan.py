@@ -13,6 +13,7 @@ from ...cosim.parameter_file import parameters_of
 from ...cosim.system import System
 from ...cosim.values import Value
 from ...errors import TwipError
+from ..metrics import METRICS
 from .axis import Axis
 from .design import run_seed, unit_points
 
@@ -112,9 +113,25 @@ class Plan:
             "seed_names": None if self.seed_names is None else list(self.seed_names),
             "metrics": [Path(name).name for name in self.metrics],
             "success": list(self.success),
+            "units": self.units(next(iter(systems.values()))),
             "files": {path.name: file_fingerprint(path) for path in self._read() if path.is_file()},
             "provenance": {label: _without_folders(system) for label, system in systems.items()},
         }
+
+    def units(self, system: System) -> dict[str, str]:
+        """Return the units of axes, by label, and of metrics, by name, as far as the system tells them."""
+        variables = [(c.name, v) for c in system.components for v in c.fmu.variables.values()]
+        known = {f"{component}.{v.name}": v.unit.name for component, v in variables if v.unit}
+        signals = [signal for channel in system.channels for signal in channel.signals]
+        recorded = {name: signal.unit for name, signal in zip(system.columns, signals, strict=True) if signal.unit}
+        found: dict[str, str] = {}
+        for axis in self.axes:
+            units = {known.get(name, "") for name in axis.names}
+            if len(units) == 1 and not axis.factor:
+                found[axis.label] = units.pop()
+        found |= {name: recorded.get(name.partition(":")[2], "") for name in self.metrics}
+        found |= {name: metric.unit for name, metric in METRICS.items()}
+        return {name: unit for name, unit in found.items() if unit not in ("", "1")}
 
     def _read(self) -> list[Path]:
         """Return the files that runs and their judgement read, beside those that the provenance tells."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from ...cosim.system import System
 from .engine import Engine, workers
 from .journal import Journal
+from .known import Known
 from .measures import ERROR, FAIL, PASS, Judge
 from .parquet import arrow, write
 from .plan import Plan, Point
@@ -52,6 +53,7 @@ def run_sweep(
     shuffle: bool = False,
     progress: Callable[[int, int], None] | None = None,
     notice: Callable[[str], None] | None = None,
+    check: Callable[[Known], None] | None = None,
 ) -> Outcome:
     """Do all runs of a plan and write the Parquet file `out`.
 
@@ -59,7 +61,8 @@ def run_sweep(
     Dask scheduler whose workers do the runs instead. Finished runs are kept beside `out` until all are done; after
     Ctrl-C or a crash, `resume` does the rest. `shuffle` does the runs in a random order. None of these changes a byte
     of the result. `progress` is called with the numbers of finished runs and of all, `notice` with a sentence for the
-    user.
+    user. `check` is called before the first run with what will be known of the sweep, once more when a run has told the
+    names of all metrics; what it raises ends the sweep.
 
     Raises `TwipError` with a line per problem before anything runs; a run that fails is a row with its error.
     """
@@ -67,7 +70,9 @@ def run_sweep(
     told = notice or _ignore
     systems = plan.systems()
     points = plan.points(systems)
-    Judge(plan.metrics, plan.success, next(iter(systems.values())).columns)
+    known = Known.of_plan(plan, points, Judge(plan.metrics, plan.success, next(iter(systems.values())).columns))
+    ask = check or _ignore
+    ask(known)
     description = plan.describe(systems)
     job = _job(plan, next(iter(systems.values())), None if dask is not None else os.getpid())
     tasks = [Task(p.number, p.parameter_set, p.start_values) for p in points]
@@ -77,19 +82,21 @@ def run_sweep(
         log = Journal(out.with_name(f"{out.name}.runs"), description, resume)
         completed = False
         started = time.perf_counter()
-        known = len(log.rows)
+        before = len(log.rows)
         try:
             missing = [task for task in tasks if task.number not in log.rows]
             if missing:
                 told(f"trying {'the first run' if len(missing) == len(tasks) else 'a run'}")
                 rehearsal = engine.rehearse(job, missing)
                 job = replace(job, reuse=rehearsal.reuse)
-                if rehearsal.row.error is not None:
+                if rehearsal.row.error is None:
+                    ask(known.with_metrics(rehearsal.row.metrics))
+                else:
                     told(f"run {rehearsal.row.number} fails: {rehearsal.row.error}")
-                elif not rehearsal.reuse:
+                if rehearsal.row.error is None and not rehearsal.reuse:
                     told("an FMU is not as new after a reset: every run instantiates all")
                 if progress is not None:
-                    progress(known, len(points))
+                    progress(before, len(points))
                 started = time.perf_counter()
                 for rows in engine.rows(job, missing, rehearsal.seconds):
                     log.add(rows)
@@ -114,7 +121,7 @@ def run_sweep(
         passed=verdicts.count(PASS),
         failed=verdicts.count(FAIL),
         errors=verdicts.count(ERROR),
-        done_now=len(verdicts) - known,
+        done_now=len(verdicts) - before,
         seconds=seconds,
         reuse=job.reuse,
         interrupted=not completed,

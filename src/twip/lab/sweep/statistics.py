@@ -65,15 +65,15 @@ def rank_regression(results: Results, metric: str) -> tuple[list[Influence], flo
     without the metric is left out, an infinite value counts as the largest. Intervals by the bootstrap with a fixed
     seed. Raises `TwipError` where there is nothing to rank.
     """
-    axes = [a for a in results.axes if _is_numeric(results.columns[a]) and len(set(results.columns[a])) > 1]
+    axes = [a for a in results.axes if several_numbers(results.columns[a])]
     if not axes:
         raise TwipError("there is no axis with several numbers, so nothing can be ranked")
     metric_values = results.numbers(metric)
     known = ~np.isnan(metric_values)
     inputs = np.column_stack([results.numbers(a)[known] for a in axes])
     target = metric_values[known]
-    if len(target) < max(_LEAST_RUNS, 2 * len(axes)):
-        raise TwipError(f"{metric} is known of {len(target)} runs; ranking needs {max(_LEAST_RUNS, 2 * len(axes))}")
+    if len(target) < least_runs(len(axes)):
+        raise TwipError(f"{metric} is known of {len(target)} runs; ranking needs {least_runs(len(axes))}")
     if np.all(target == target[0]):
         raise TwipError(f"{metric} is {target[0]:g} in every run: it depends on nothing")
     value, explained = _coefficients(inputs, target)
@@ -136,5 +136,11 @@ def _indices(f: Array) -> Array:
     return np.stack([np.ravel(found.first_order), np.ravel(found.total_order)])
 
 
-def _is_numeric(column: Sequence[object]) -> bool:
-    return all(isinstance(v, int | float) for v in column)
+def several_numbers(column: Sequence[object]) -> bool:
+    """Tell whether what varied took several values that are numbers."""
+    return all(isinstance(v, int | float) for v in column) and len(set(column)) > 1
+
+
+def least_runs(axes: int) -> int:
+    """Return how many runs a ranking of so many axes needs."""
+    return max(_LEAST_RUNS, 2 * axes)
