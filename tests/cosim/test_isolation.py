@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from c_fmu import WHAT, chain, demand
-from ssp_writer import component, connection, edit_fmu, system, write
+from c_fmu import WHAT, WHERE, chain, demand
+from ssp_writer import bind, component, connection, edit_fmu, system, write
 
 from twip.cli import main
 from twip.cosim import Table, check, isolation, load, playback, simulate
@@ -41,7 +41,7 @@ def run(path, start_values, log=None, **options):
         table, failure = Table(loaded.channels), ""
         sinks = [table] if log is None else [table, McapLog(log, loaded.channels, {})]
         try:
-            simulate(loaded, sinks=sinks, step_size=0.1, coupling="gauss-seidel", isolate=True, **options)
+            simulate(loaded, sinks=sinks, step_size=0.1, **{"coupling": "gauss-seidel", "isolate": True, **options})
         except TwipError as error:
             failure = str(error)
     assert children(os.getpid()) == before
@@ -155,6 +155,60 @@ def test_the_results_are_those_of_one_process(folder, coupling):
     assert len(tables[0].times) == 101
     for name in names:
         np.testing.assert_array_equal(tables[0][name], tables[1][name])
+
+
+@pytest.fixture
+def sleepers(folder):
+    """Four FMUs that sleep for 10 ms in every step, each fed by the one before."""
+    given = bind({"fault": ("String", "slow")})
+    elements = [component(name, "CosimFaulty.fmu", "u> y<", given) for name in "abcd"]
+    wires = [connection("a.y -> b.u"), connection("b.y -> c.u"), connection("c.y -> d.u")]
+    return write(folder, system(elements, wires))
+
+
+def test_under_jacobi_they_work_side_by_side(sleepers):
+    walls, rows = {}, {}
+    for coupling in ("jacobi", "gauss-seidel"):
+        with load(sleepers) as loaded:
+            result = simulate(loaded, stop_time=2.0, step_size=0.1, coupling=coupling, isolate=True)
+        walls[coupling], rows[coupling] = result.wall_time, result.table.values
+    assert walls["gauss-seidel"] >= 20 * 4 * 0.01
+    assert walls["jacobi"] < 0.6 * walls["gauss-seidel"]  # 0.25 and what the processes' talk costs
+    with load(sleepers) as loaded:
+        alone = simulate(loaded, stop_time=2.0, step_size=0.1, coupling="jacobi", loop="python")
+    assert rows["jacobi"].tobytes() == alone.table.values.tobytes()
+
+
+def told(path, isolate, **start_values):
+    """Return the failure, the times of the rows, and what was said."""
+    messages, table = [], None
+    with load(path, start_values=start_values) as loaded:
+        table = Table(loaded.channels)
+        log = path.parent / "run.mcap"
+        with pytest.raises(TwipError) as failure:
+            simulate(
+                loaded, stop_time=1.0, step_size=0.1, coupling="jacobi", loop="python", isolate=isolate,
+                sinks=[table, McapLog(log, loaded.channels, {})],
+            )  # fmt: skip
+        messages = [(event.time, event.source, event.message) for event in playback.read(log).events]
+    return str(failure.value), table.times.tolist(), messages
+
+
+def test_when_one_fails_the_work_of_those_beside_it_is_not_told(sleepers):
+    """B fails at 0.5 s; c, which works at the same time, would warn from then on, and d would fail too."""
+    given = {"a.fault": "none", "b.fault": "discard", "c.fault": "chatter", "d.fault": "raise"}
+    given |= {f"{name}.fault_time": 0.5 for name in "bcd"}
+    assert told(sleepers, True, **given) == told(sleepers, False, **given)
+
+
+def test_when_one_fails_beside_one_that_hangs_the_run_ends_in_time(faulty_folder):
+    given = {**demand("step", "crash", 0.5), "good.where": WHERE["step"], "good.what": WHAT["loop"], "good.at": 0.5}
+    path = write(faulty_folder, system([component(name, "faulty.fmu", "u> y< z<") for name in ("bad", "good")], []))
+    begin = time.monotonic()
+    table, failure = run(path, given, coupling="jacobi", time_limit=1.0)
+    assert failure == f"bad failed at t = 0.5 s: doStep {SEGFAULT}: a bit warm"
+    assert len(table.times) == 6
+    assert time.monotonic() - begin < 20.0
 
 
 @pytest.mark.heavy

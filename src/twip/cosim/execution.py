@@ -30,6 +30,8 @@ class Execution:
     """Simulated time in s (1,), kept up to date for messages and failures."""
     messages: list[Message]
     """What the components have said and nobody has been told yet."""
+    side_by_side: bool = False
+    """Whether instances can work at the same time, each in a process of its own."""
     iterations: int = 0
     """How often iterated steps were done, in all."""
     turn: NDArray[np.int64] = field(init=False)

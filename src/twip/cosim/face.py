@@ -62,6 +62,9 @@ class PortsFace(Protocol):
     def forget_inputs(self) -> None:
         """Set all inputs next time: the instance has been put back."""
 
+    def ask_outputs(self) -> None:
+        """Announce that `get_outputs` comes next, so that an instance of its own process begins with what is due."""
+
     def get_outputs(self) -> None:
         """Read all outputs into the vector."""
 

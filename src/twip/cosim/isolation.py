@@ -119,6 +119,7 @@ class IsolatedInstance:
         self._said: list[str] = []
         self._set_at = self._step_at = self._begin = self._size = math.nan
         self._deadline = 0.0
+        self._asked = False
         self._action = "instantiation"
         own, child = socket.socketpair()
         self._wire = Wire(own)
@@ -200,11 +201,19 @@ class IsolatedInstance:
         """Advance the instance from `time` by `step_size`, both in s, together with what follows."""
         self._step_at, self._begin, self._size = self._time, time, step_size
 
+    def ask_outputs(self) -> None:
+        """Let the process do what is due and read all outputs; `get_outputs` waits for it."""
+        self._action = ""
+        self._request(ADVANCE, STEP.pack(self._set_at, self._step_at, self._begin, self._size, self._time))
+        self._asked = True
+
     def get_outputs(self) -> None:
         """Do what is due and read all outputs into the vector; a Real that is not finite is a failure."""
         stepping = not math.isnan(self._step_at)
-        self._action = ""
-        self._request(ADVANCE, STEP.pack(self._set_at, self._step_at, self._begin, self._size, self._time))
+        if not self._asked:
+            self.ask_outputs()
+        self._asked = False
+        self._deadline = time.monotonic() + self._current_limit  # it may have waited for a processor until now
         self._reply()
         self._set_at = self._step_at = math.nan
         if stepping:
@@ -212,6 +221,8 @@ class IsolatedInstance:
 
     def close(self) -> None:
         """Terminate and free the instance, and end its process; failures here are only logged."""
+        if self._asked:
+            self._forget_answer()
         if self._process.returncode is not None:
             return
         try:
@@ -238,10 +249,20 @@ class IsolatedInstance:
         return float(self._clock[0])
 
     def _request(self, kind: int, payload: bytes) -> None:
+        if self._asked:
+            self._forget_answer()
         self._said.clear()
         self._deadline = time.monotonic() + self._current_limit
         with contextlib.suppress(OSError):  # `_reply` tells what has become of the process
             self._wire.send(kind, payload, self._deadline)
+
+    def _forget_answer(self) -> None:
+        """Take the answer that nobody waits for: another instance failed in the same step."""
+        self._asked, messages, self._messages = False, self._messages, []
+        with contextlib.suppress(ComponentError):
+            self._reply()
+        self._messages = messages
+        self._set_at = self._step_at = math.nan
 
     def _reply(self) -> bytes:
         """Return what the process answers; an interrupt kills it."""

@@ -61,10 +61,16 @@ class PlainStep:
                 if middle:
                     value = self._at(end - 0.5 * every * (end - begin), index, value, float(reached[owner]))
                 values[destination] = value
-        for component, every in components:
-            if turn % every == 0:
-                self._step(component, every, times, step_size)
-                reached[component] = end
+        due = [(component, every) for component, every in components if turn % every == 0]
+        ahead = due if self._execution.side_by_side else []
+        for component, every in ahead:
+            self._begin(component, every, times, step_size)
+        for component, every in due:
+            if not ahead:
+                self._begin(component, every, times, step_size)
+            self._execution.ports[component].get_outputs()
+            self._execution.since[component] = times[1]
+            reached[component] = end
 
     def _at(self, wanted: float, copy: int, value: float, position: float) -> float:
         """Return the value of a copy at the position `wanted`, on the line through the source's last two values; the
@@ -78,7 +84,7 @@ class PlainStep:
         samples[:, copy] = value, position, older, older_at
         return value + (wanted - position) / (position - older_at) * (value - older)
 
-    def _step(self, component: int, every: int, times: Interval, step_size: float) -> None:
+    def _begin(self, component: int, every: int, times: Interval, step_size: float) -> None:
         execution = self._execution
         port, clock = execution.ports[component], execution.clock
         begin = times[0] if every == 1 else float(execution.since[component])
@@ -86,5 +92,4 @@ class PlainStep:
         port.set_inputs()
         port.instance.step(begin, every * step_size)
         clock[0] = times[1]
-        port.get_outputs()
-        execution.since[component] = times[1]
+        port.ask_outputs()

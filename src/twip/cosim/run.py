@@ -186,7 +186,15 @@ class Run:
         if self.resumed is not None:
             self._restore(self.resumed, ports)
         driven = np.concatenate([self.inputs.columns, self.faults.driven])
-        execution = Execution(self.schedule, ports, self.values, driven, self.clock, self.delivery.messages)
+        execution = Execution(
+            self.schedule,
+            ports,
+            self.values,
+            driven,
+            self.clock,
+            self.delivery.messages,
+            side_by_side=self._isolation is not None,
+        )
         if self.resumed is not None:
             execution.go_on(grid, self.steps, self.resumed.samples)
         self.delivery.write(grid.times(self.steps, 0), execution.row[None, : self.faults.recorded].copy())
