@@ -129,7 +129,11 @@ def test_binary_variables_are_left_alone_and_not_connected(tmp_path, library):
         ("mode", 21, "mode = 21 must be at most 20"),
         ("in_Int8", 1.5, "in_Int8 = '1.5' must be a value of type Int8 (-128 to 127)"),
         ("in_UInt64", -1, "in_UInt64 = '-1' must be a value of type UInt64 (0 to 18446744073709551615)"),
-        ("in_UInt64", 2**64 - 1, ""),
+        (
+            "in_UInt64",
+            2**64,
+            "in_UInt64 = '18446744073709551616' must be a value of type UInt64 (0 to 18446744073709551615)",
+        ),
         ("in_Float32", 1e39, "in_Float32 = '1e+39' must be a finite number within the range of Float32"),
         ("in_Boolean", 2, "in_Boolean = '2' must be a Boolean (true or false)"),
         ("table[2,4]", 2, "unknown parameter a.table[2,4], did you mean a.table[2,3]?"),
@@ -183,3 +187,26 @@ def test_check_names_the_version(tmp_path, library, capsys):
     echo3(tmp_path, library)
     assert main(["check", str(tmp_path / "echo3.fmu")]) == 0
     assert capsys.readouterr().out.startswith("FMU                 echo3.fmu, FMI 3.0 co-simulation\n")
+
+
+@pytest.mark.parametrize(
+    ("structure", "variables", "reference"),
+    [('<Output valueReference="77"/>', "", 77), ('<Output valueReference="8" dependencies="3 78"/>', "8", 78)],
+)
+def test_an_output_that_no_variable_is_behind_is_refused(tmp_path, library, structure, variables, reference):
+    if variables:
+        variables = '<Float64 name="more" valueReference="8" causality="output"/>'
+    fmu, problems = read(tmp_path, library, structure=structure, variables=variables)
+    line = line_of(structure, structure=structure, variables=variables)
+    assert fmu is None
+    assert problems == [
+        f"an output in ModelStructure names value reference {reference}, which no variable has"
+        f" (echo3.fmu: modelDescription.xml line {line})"
+    ]
+
+
+def test_a_type_without_definition_is_refused(tmp_path, library):
+    variables = '<Float64 name="more" valueReference="8" causality="input" start="0" declaredType="Lost"/>'
+    _, problems = read(tmp_path, library, variables=variables)
+    line = line_of("Lost", variables=variables)
+    assert problems == [f"variable more: type Lost is not defined (echo3.fmu: modelDescription.xml line {line})"]

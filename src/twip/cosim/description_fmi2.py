@@ -1,79 +1,152 @@
-"""Model descriptions of FMI 2.0, as fmpy reads them."""
+"""Model descriptions of FMI 2.0: what the master uses of them is read, and what of that is wrong is told with its line.
 
+Departures from the standard's schema that do not matter here are left to `overview.weaknesses`.
+"""
+
+import math
 import pathlib
-from collections import Counter
 
-import fmpy
-from fmpy.model_description import ModelDescription, ModelVariable
-
-from .problems import Place, Problems
+from .document import Element, Reader
+from .problems import Problems
+from .scalar_types import rule
 from .units import BASE_UNITS, Unit, lookup
+from .values import parse_value
 from .variable import Fmu, Variable
 
+_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+_INITIAL: dict[str, dict[str, str | None]] = {
+    "constant": {"output": "exact", "local": "exact"},
+    "fixed": {"parameter": "exact", "calculatedParameter": "calculated", "local": "calculated"},
+    "tunable": {"parameter": "exact", "calculatedParameter": "calculated", "local": "calculated"},
+    "discrete": {"input": "exact", "output": "calculated", "local": "calculated"},
+    "continuous": {"input": "exact", "output": "calculated", "local": "calculated", "independent": None},
+}
+"""Default of `initial` by variability and causality; what is not here is no combination (FMI 2.0.4 section 2.2.7)."""
 
-def describe_fmi2(path: pathlib.Path, name: str, sha256: str, problems: Problems, place: Place) -> Fmu | None:
+
+def describe_fmi2(root: Element, path: pathlib.Path, name: str, sha256: str, problems: Problems) -> Fmu | None:
     """Return what the FMU at `path`, called `name` in messages, says of itself; None without co-simulation."""
-    try:
-        description = fmpy.read_model_description(str(path), validate=False)
-        if description.coSimulation is None:
-            return None
-        return _convert(description, path, name, sha256, problems, place)
-    except Exception as error:  # fmpy raises bare exceptions of many kinds on a malformed description
-        problems.add(f"FMU {name}: modelDescription.xml cannot be read: {type(error).__name__}: {error}", place)
+    kind = root.find("CoSimulation")
+    if kind is None:
         return None
+    return _Description(f"{name}: modelDescription.xml", problems).fmu(root, kind, path, name, sha256)
 
 
-def _convert(
-    description: ModelDescription,
-    path: pathlib.Path,
-    name: str,
-    sha256: str,
-    problems: Problems,
-    place: Place,
-) -> Fmu:
-    units = {}
-    for unit in description.unitDefinitions:
-        base = unit.baseUnit
-        exponents = None if base is None else tuple(int(getattr(base, symbol)) for symbol in BASE_UNITS)
-        factor, offset = (1.0, 0.0) if base is None else (float(base.factor), float(base.offset))
+class _Description(Reader):
+    """Reads one model description."""
+
+    def fmu(self, root: Element, kind: Element, path: pathlib.Path, name: str, sha256: str) -> Fmu:
+        units = {unit.name: unit for item in root.iterfind("UnitDefinitions/Unit") for unit in self._unit(item)}
+        types = {self.required(item, "name"): item for item in root.iterfind("TypeDefinitions/SimpleType")}
+        items = list(root.iterfind("ModelVariables/ScalarVariable"))
+        in_order = [self._variable(item, types, units) for item in items]
+        variables: dict[str, Variable] = {}
+        for item, variable in zip(items, in_order, strict=True):
+            if variable is not None and variable.name in variables:
+                self.problems.add(f"variable {variable.name} is there twice", self.place(item))
+            if variable is not None:
+                variables[variable.name] = variable
+        experiment = root.find("DefaultExperiment")
+        saves = self.boolean(kind, "canGetAndSetFMUstate")
+        return Fmu(
+            path, name, self.required(root, "guid"), self.required(kind, "modelIdentifier"),
+            root.get("generationTool", ""), sha256, variables, self._feedthrough(root, in_order, variables), units,
+            self.boolean(kind, "canBeInstantiatedOnlyOncePerProcess"),
+            None if experiment is None else self.number(experiment, "stepSize"),
+            saves and self.boolean(kind, "canSerializeFMUstate"), saves,
+            self.boolean(kind, "canHandleVariableCommunicationStepSize"),
+        )  # fmt: skip
+
+    def _unit(self, item: Element) -> list[Unit]:
+        name, base = self.required(item, "name"), item.find("BaseUnit")
+        if base is None:
+            return [Unit(name)]
+        powers = [self.integer(base, symbol) if base.get(symbol) is not None else 0 for symbol in BASE_UNITS]
+        factor, offset = self.number(base, "factor", 1.0), self.number(base, "offset", 0.0)
         if factor == 0.0:
-            problems.add(f"FMU {name}: the factor of unit {unit.name} must not be zero", place)
-            factor = 1.0
-        units[unit.name] = Unit(unit.name, exponents, factor, offset)
-    for variable, count in Counter(v.name for v in description.modelVariables).items():
-        if count > 1:
-            problems.add(f"FMU {name}: variable {variable} is there twice", place)
-    variables = {v.name: _variable(v, units) for v in description.modelVariables}
-    inputs = frozenset(v.name for v in variables.values() if v.causality == "input")
-    feedthrough = {v.name: inputs for v in variables.values() if v.causality == "output"}
-    for unknown in description.outputs:
-        if unknown.dependencies is not None and unknown.variable.name in feedthrough:
-            feedthrough[unknown.variable.name] = inputs & {v.name for v in unknown.dependencies}
-    experiment = description.defaultExperiment
-    only_once = bool(description.coSimulation.canBeInstantiatedOnlyOncePerProcess)
-    step = None if experiment is None or experiment.stepSize is None else float(experiment.stepSize)
-    saves = bool(description.coSimulation.canGetAndSetFMUstate)
-    serializes = saves and bool(description.coSimulation.canSerializeFMUstate)
-    varies = bool(description.coSimulation.canHandleVariableCommunicationStepSize)
-    return Fmu(
-        path, name, description.guid or "", description.coSimulation.modelIdentifier, description.generationTool or "",
-        sha256, variables, feedthrough, units, only_once, step, serializes, saves, varies,
-    )  # fmt: skip
+            self.problems.add(f"unit {name}: the factor must not be zero", self.place(base))
+        return [Unit(name, tuple(power or 0 for power in powers), factor or 1.0, offset or 0.0)]
 
+    def _variable(self, item: Element, types: dict[str, Element], units: dict[str, Unit]) -> Variable | None:
+        """Return the variable that a `ScalarVariable` describes, None for one that cannot be used."""
+        before = len(self.problems.lines)
+        name, reference = self.required(item, "name"), self.integer(item, "valueReference")
+        if reference is not None and not 0 <= reference < 2**32:
+            self.problems.add(f"valueReference = {reference} of {name} must be a number of 32 bits", self.place(item))
+        value = next((child for child in item if child.tag in _TYPES), None)
+        causality, variability = item.get("causality", "local"), item.get("variability", "continuous")
+        initial = item.get("initial")
+        if causality not in _INITIAL.get(variability, ()):
+            self.problems.add(f"variable {name}: there is no {variability} {causality}", self.place(item))
+        elif initial not in (None, "exact", "approx", "calculated"):
+            self.problems.add(f"variable {name}: initial {initial!r} is unknown", self.place(item))
+        if value is None:
+            self.problems.add(f"variable {name} has no type", self.place(item))
+            return None
+        declared, inner = value.get("declaredType"), None
+        if declared is not None and declared not in types:
+            self.problems.add(f"variable {name}: type {declared} is not defined", self.place(value))
+        elif declared is not None:
+            inner = types[declared].find(str(value.tag))
+            if inner is None:
+                self.problems.add(f"variable {name}: type {declared} is no {value.tag}", self.place(value))
+        sources = [value] if inner is None else [value, inner]
+        minimum, maximum, nominal = (self._bound(sources, attribute) for attribute in ("min", "max", "nominal"))
+        numbers = (
+            [] if inner is None else [(i.get("name", ""), self.integer(i, "value")) for i in inner.findall("Item")]
+        )
+        labels = tuple((label, number) for label, number in numbers if number is not None)
+        start = self._start(name, value, labels)
+        unit = next((source.get("unit") for source in sources if source.get("unit") is not None), None)
+        if reference is None or len(self.problems.lines) > before:
+            return None
+        type_ = str(value.tag)
+        return Variable(
+            name, reference, type_, "Integer" if type_ == "Enumeration" else type_, causality, variability,
+            _INITIAL[variability][causality] if initial is None else initial, lookup(unit, units), minimum, maximum,
+            abs(nominal) if nominal else 1.0, labels, start, item.get("description", ""),
+        )  # fmt: skip
 
-def _variable(v: ModelVariable, units: dict[str, Unit]) -> Variable:
-    declared = v.declaredType
+    def _bound(self, sources: list[Element], attribute: str) -> float | None:
+        """Return an attribute of the first element that has it; it may be infinite."""
+        source = next((element for element in sources if element.get(attribute) is not None), None)
+        if source is None:
+            return None
+        if source.tag != "Real":
+            return self.integer(source, attribute)
+        infinite = {"INF": math.inf, "-INF": -math.inf}.get(source.get(attribute, "").strip())
+        return self.number(source, attribute) if infinite is None else infinite
 
-    def inherited(attribute: str) -> str | None:
-        own = getattr(v, attribute, None)
-        return own if own is not None or declared is None else getattr(declared, attribute, None)
+    def _start(self, name: str, value: Element, items: tuple[tuple[str, int], ...]) -> str | None:
+        """Return a start value as it is written; what is none of its type is a problem."""
+        text, type_ = value.get("start"), str(value.tag)
+        undetermined = type_ == "Real" and (text or "").strip() in ("INF", "-INF", "NaN")
+        if text is not None and not undetermined and parse_value(text, type_, items) is None:
+            self.problems.add(f"start = {text!r} of variable {name} must be {rule(type_)}", self.place(value))
+        return text
 
-    minimum, maximum, nominal = (inherited(a) for a in ("min", "max", "nominal"))
-    items = () if declared is None else tuple((str(item.name), int(item.value)) for item in declared.items)
-    return Variable(
-        v.name, v.valueReference, v.type, "Integer" if v.type == "Enumeration" else v.type,
-        v.causality, v.variability, v.initial, lookup(inherited("unit"), units),
-        None if minimum is None else float(minimum), None if maximum is None else float(maximum),
-        abs(float(nominal)) if nominal is not None else 1.0, items,
-        None if v.start is None else str(v.start), v.description or "",
-    )  # fmt: skip
+    def _feedthrough(
+        self, root: Element, in_order: list[Variable | None], variables: dict[str, Variable]
+    ) -> dict[str, frozenset[str]]:
+        inputs = frozenset(v.name for v in variables.values() if v.causality == "input")
+        result = {v.name: inputs for v in variables.values() if v.causality == "output"}
+        for unknown in root.iterfind("ModelStructure/Outputs/Unknown"):
+            output = self._indexed(unknown, "index", unknown.get("index", ""), in_order)
+            dependencies = unknown.get("dependencies")
+            if dependencies is None:
+                continue
+            found = [self._indexed(unknown, "dependencies", text, in_order) for text in dependencies.split()]
+            if output is not None and output.name in result:
+                result[output.name] = inputs & {v.name for v in found if v is not None}
+        return result
+
+    def _indexed(self, unknown: Element, attribute: str, text: str, in_order: list[Variable | None]) -> Variable | None:
+        """Return a variable by its index, which counts from 1."""
+        if text.isascii() and text.isdigit() and len(text) < 10 and 1 <= int(text) <= len(in_order):
+            return in_order[int(text) - 1]
+        self.problems.add(
+            f"{attribute} {text!r} of an output in ModelStructure must be the index of one of the {len(in_order)}"
+            " variables, from 1 on",
+            self.place(unknown),
+        )
+        return None

@@ -170,6 +170,8 @@ class _Reader:
         self, item: Element, name: str, shape: tuple[int, ...], starts: list[str | None], alias_of: str | None
     ) -> list[Variable]:
         declared = self.types.get(item.get("declaredType", ""))
+        if declared is None and item.get("declaredType") is not None:
+            self.problems.add(f"variable {name}: type {item.get('declaredType')} is not defined", self.place(item))
 
         def inherited(attribute: str) -> str | None:
             own = item.get(attribute)
@@ -179,6 +181,7 @@ class _Reader:
         variability = item.get("variability") or _variability(item, causality)
         type_ = NAMES.get(item.tag, item.tag)
         minimum, maximum, nominal = (inherited(a) for a in ("min", "max", "nominal"))
+        bound = float if type_ in ("Real", "Float32") else int
         items = (
             ()
             if declared is None
@@ -190,7 +193,7 @@ class _Reader:
                 f"{name}[{','.join(map(str, index))}]" if shape else name, int(item.get("valueReference", "")),
                 type_, "Int64" if type_ == "Enumeration" else type_, causality, variability,
                 item.get("initial") or _initial(causality, variability), lookup(inherited("unit"), self.units),
-                None if minimum is None else float(minimum), None if maximum is None else float(maximum),
+                None if minimum is None else bound(minimum), None if maximum is None else bound(maximum),
                 abs(float(nominal)) if nominal is not None else 1.0, items if type_ == "Enumeration" else (), start,
                 item.get("description", ""), name if shape else None, alias_of,
             )
@@ -202,9 +205,15 @@ class _Reader:
         result = {v.name: inputs for v in variables.values() if v.causality == "output"}
         for output in root.iterfind("ModelStructure/Output"):
             dependencies = output.get("dependencies")
+            references = [int(text) for text in (dependencies or "").split()]
+            for reference in (int(output.get("valueReference", "")), *references):
+                if reference not in self.references:
+                    self.problems.add(
+                        f"an output in ModelStructure names value reference {reference}, which no variable has",
+                        self.place(output),
+                    )
             if dependencies is None:
                 continue
-            references = [int(text) for text in dependencies.split()]
             found = frozenset(v.name for r in references for v in self.elements.get(r, ()))
             found &= inputs
             for variable in self.elements.get(int(output.get("valueReference", "")), ()):

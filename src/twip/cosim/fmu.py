@@ -62,7 +62,7 @@ def _describe(root: Element, path: pathlib.Path, name: str, problems: Problems, 
     version = root.get("fmiVersion") or ""
     before = len(problems.lines)
     if version == "2.0":
-        fmu = describe_fmi2(path, name, fingerprint(path), problems, place)
+        fmu = describe_fmi2(root, path, name, fingerprint(path), problems)
     elif version.split(".")[:2] == ["3", "0"]:
         fmu = describe_fmi3(root, path, name, fingerprint(path), problems)
     else:

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 
 from .problems import Place, Problems
-from .scalar_types import TYPES, rule, to_float32
+from .scalar_types import TYPES, misfit, rule, to_float32
+from .texts import number_of
 from .transformation import Items, Transformation, tabulate
 from .units import Unit, UnitMismatchError, conversion
 from .value_types import family
@@ -99,16 +101,26 @@ def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) 
             real = to_float32(float(text)) if type_ == "Float32" else float(text)
             return real if math.isfinite(real) else None
         if kind == "Integer":
-            integer = int(text) if not any(c in text for c in ".eE") else float(text)
+            integer = Decimal(text)  # exact, however the number is written
             least, most = TYPES[type_].minimum, TYPES[type_].maximum
-            return int(integer) if integer == int(integer) and least <= integer <= most else None
+            return int(integer) if least <= integer <= most and integer == integer.to_integral_value() else None
         if kind == "Enumeration":
             values = dict(items)
             number = values[text] if text in values else int(text)
             return number if number in values.values() else None
-    except (ValueError, OverflowError):
+    except (ValueError, ArithmeticError):
         return None
     return {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}.get(text.lower())
+
+
+def in_vector(value: Value) -> float:
+    """Return a value as it travels; `cannot_travel` tells of what would not arrive as it is."""
+    return number_of(value) if isinstance(value, str) else float(value)
+
+
+def cannot_travel(type_: str, value: Value) -> str:
+    """Return why the vector of values cannot hold a value of a type, or nothing."""
+    return "" if isinstance(value, str) else misfit("Int64" if type_ == "Enumeration" else type_, value)
 
 
 def out_of_range(variable: Variable, value: Value) -> list[str]:
@@ -121,7 +133,5 @@ def out_of_range(variable: Variable, value: Value) -> list[str]:
         (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
     ):
         if wrong:
-            if family(variable.type) != "Real" and bound is not None and bound.is_integer():
-                bound = int(bound)
             problems.append(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}")
     return problems
