@@ -164,8 +164,6 @@ def test_whole_numbers_reach_exactly_to_their_limits(c_folder, loop, type_):
 
 def test_what_float64_cannot_hold_is_refused_not_rounded(c_folder, loop):
     path = write(c_folder, system([echo("a")]))
-    with pytest.raises(TwipError, match=r"fmi3GetInt64 gave in_Int64 = 9007199254740993, which is beyond ±2\^53"):
-        run(path, loop=loop, start_values={"a.in_Int64": 2**53 + 1})
     refusals = {
         7: "fmi3GetFloat64 gave out_Float64 = nan, which is not finite",
         8: "fmi3GetInt64 gave out_Int64 = 9007199254740993, which is beyond ±2^53, where float64 no longer",

@@ -60,7 +60,24 @@ def test_mistakes_are_told(path):
             LiveInputs(model, ["a.y", "b.u"])
         assert len(str(raised.value).splitlines()) == 2
         inputs = LiveInputs(model, ["a.u"])
-        with pytest.raises(TwipError, match="must be a finite number"):
+        with pytest.raises(TwipError, match=r"a\.u cannot take nan, which is not finite"):
             inputs["a.u"] = float("nan")
         with pytest.raises(TwipError, match="a checkpoint cannot hold inputs"):
             simulate(model, stop_time=0.01, step_size=0.001, sinks=[], live=inputs, checkpoint=path.parent / "kept")
+
+
+def test_values_that_do_not_fit_the_input_are_refused(folder):
+    with load(write(folder, system([component("m", "CosimMixed.fmu")]))) as model:
+        inputs = LiveInputs(model, ["m.n", "m.on"])
+        inputs["m.n"], inputs["m.on"] = 3, True
+        for name, value, why in (
+            ("m.n", 1.5, "not a whole number"),
+            ("m.n", 2**53 + 1, "2^53"),
+            ("m.on", 2, "0 nor 1"),
+        ):
+            with pytest.raises(TwipError) as raised:
+                inputs[name] = value
+            assert why in str(raised.value)
+        assert (inputs["m.n"], inputs["m.on"]) == (3.0, 1.0)
+        with pytest.raises(TwipError, match="must be a list of inputs"):
+            LiveInputs(model, "m.n")

@@ -14,6 +14,7 @@ from .ssd import Description
 from .structure import systems_of
 from .system import Component, Copy, OpenConnector, ParameterLink, System
 from .value_types import family
+from .values import cannot_travel, parse_value
 from .wiring import Wiring
 
 
@@ -108,6 +109,16 @@ class _Assembly:
             if (path, v.name) in self._sources and v.causality != "output" and v.recorded_type in RECORDED_TYPES
         ]
         outputs = tuple(sorted((*outputs, *more), key=lambda v: RECORDED_TYPES.index(v.recorded_type)))
+        given = self.assignments.of(path)
+        named = {start.variable.name for start in given}
+        for variable in fmu.ports("input"):
+            start = None if variable.start is None else parse_value(variable.start, variable.type, variable.items)
+            if (
+                variable.name not in named
+                and start is not None
+                and (why := cannot_travel(variable.recorded_type, start))
+            ):
+                self.problems.add(f"{path}.{variable.name} begins with {start} in {fmu.name}, {why}")
         unread = [
             v.name
             for v in fmu.variables.values()
@@ -115,7 +126,7 @@ class _Assembly:
         ]
         if unread:
             self.problems.warn(f"{path}: variables of type Binary are not read or set: {', '.join(unread)}")
-        return Component(path, fmu, fmu.ports("input"), outputs, self.assignments.of(path))
+        return Component(path, fmu, fmu.ports("input"), outputs, given)
 
     def _parameter_links(self, index: dict[Key, int]) -> tuple[ParameterLink, ...]:
         """Return the connections that give a parameter a value that another component calculates."""

@@ -10,9 +10,9 @@ from .problems import Place
 from .record import Signal
 from .scenario import Fault, point_of
 from .scenario_entries import Entries, typed
-from .texts import number_of
 from .toml_file import shown
 from .value_types import family
+from .values import cannot_travel, in_vector
 
 FAULTS: dict[str, tuple[str, bool]] = {
     "stuck": ("value", False),
@@ -123,7 +123,10 @@ class FaultEntries(Entries):
             return 1.0 if kind == "dropout" else None
         given = entry[key]
         value = typed(given, type_ if kind == "stuck" else "Real")
-        size = None if value is None else number_of(value) if isinstance(value, str) else float(value)
+        size = None if value is None else in_vector(value)
+        if kind == "stuck" and value is not None and (why := cannot_travel(type_, value)):
+            self.problems.add(f"{label}.value: {shown(given)} cannot be taken, {why}", place)
+            return None
         rule = {"stuck": RULES[type_], "dropout": "a probability above 0, at most 1"}.get(kind, RULES["Real"])
         if kind in ("noise", "delay"):
             rule = "a positive number"

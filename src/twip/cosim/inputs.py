@@ -8,7 +8,6 @@ jump: the second counts from that time on.
 
 import csv
 import difflib
-import math
 import os
 import pathlib
 from collections.abc import Sequence
@@ -21,9 +20,8 @@ from numpy.typing import NDArray
 from .problems import Place, Problems
 from .scalar_types import TYPES, rule
 from .system import System
-from .texts import number_of
 from .value_types import family
-from .values import parse_value
+from .values import cannot_travel, in_vector, parse_value
 
 EARLY = 1e-9
 """A time counts as reached within this share of a step before it, since `start + k * step` is rounded."""
@@ -202,5 +200,7 @@ def _row(
     for name, cell, type_, value in zip(header, cells, types, values, strict=True):
         if value is None:
             problems.add(f"{name} = {cell!r} must be {RULES[type_]}", place)
-    row = [number_of(v) if isinstance(v, str) else float(v) for v in values if v is not None]
-    return row if len(row) == len(header) and all(map(math.isfinite, row)) else None
+        elif why := cannot_travel(type_, value):
+            problems.add(f"{name} cannot take {cell}, {why}", place)
+    row = [in_vector(v) for v in values if v is not None]
+    return row if len(row) == len(header) else None

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from .fmu import RECORDED_TYPES, Variable
 from .kinds import GIVING
 from .problems import Place, Problems
+from .scalar_types import EXACT, misfit
 from .structure import Connection
 from .transformation import Items, Mapping, tabulate
 from .units import IDENTITY, Affine, Unit, UnitMismatchError, conversion
@@ -67,12 +68,16 @@ class Conversion:
     mapping: Mapping | None = None
 
     def __call__(self, value: float) -> float | None:
-        """Return the converted value, None for one that must not occur."""
-        return self.affine(value) if self.mapping is None else self.mapping(int(value))
+        """Return the converted value, None for one that must not occur; a whole number stays one."""
+        if self.mapping is None:
+            return value if self.affine == IDENTITY else self.affine(value)
+        return self.mapping(int(value))
 
     def inverse(self, value: float) -> float:
         """Return what becomes `value`."""
-        return self.affine.inverse(value) if self.mapping is None else self.mapping.inverse(value)
+        if self.mapping is None:
+            return value if self.affine == IDENTITY else self.affine.inverse(value)
+        return self.mapping.inverse(value)
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,11 @@ def convert_along(edges: tuple[Edge, ...], problems: Problems, unit: Unit | None
 def _map_along(edges: tuple[Edge, ...], problems: Problems) -> Mapping | None:
     result: Mapping | None = None
     for edge, before, after in _steps(edges):
-        mapping = tabulate(edge.connection.transformation, before, after, problems)
+        transformation = edge.connection.transformation
+        mapping = tabulate(transformation, before, after, problems)
         if mapping is not None:
+            for source, moved in mapping.table.items():
+                if transformation is not None and abs(source) <= EXACT < abs(moved):
+                    problems.add(f"{edge.label}: {moved} cannot travel, {misfit('Int64', moved)}", transformation.place)
             result = mapping if result is None else result.then(mapping)
     return result

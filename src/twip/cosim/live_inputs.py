@@ -4,7 +4,6 @@ A value counts from the next chunk of steps on (a run in real time has one every
 again. What was set stands in the log with the other inputs.
 """
 
-import math
 from collections.abc import Collection, Sequence
 from threading import Lock
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .inputs import InputSeries, find_target
+from .scalar_types import misfit
 from .system import System
 
 
@@ -21,13 +21,19 @@ class LiveInputs:
 
     def __init__(self, system: System, names: Sequence[str]) -> None:
         """Take over these inputs, at their start values; raises TwipError that names all that cannot be driven."""
-        targets = [find_target(system, name) for name in names]
-        if problems := [target for target in targets if isinstance(target, str)]:
+        if isinstance(names, str):
+            raise TwipError(f"names {names!r} must be a list of inputs")
+        targets = {name: find_target(system, name) for name in names}
+        problems = [target for target in targets.values() if isinstance(target, str)]
+        found = {name: target for name, target in targets.items() if not isinstance(target, str)}
+        problems += [f"{name} is a String and cannot be set live" for name, t in found.items() if t.type == "String"]
+        if problems:
             raise TwipError("\n".join(problems))
         self.names = tuple(names)
+        self._types = {name: target.type for name, target in found.items()}
         self._lock = Lock()
         self._values = np.array([start_value(system, name) for name in names])
-        self._columns = np.array([target.column for target in targets if not isinstance(target, str)], np.int32)
+        self._columns = np.array([found[name].column for name in names], np.int32)
 
     def __getitem__(self, name: str) -> float:
         """Return the present value of an input."""
@@ -35,11 +41,11 @@ class LiveInputs:
             return float(self._values[self.names.index(name)])
 
     def __setitem__(self, name: str, value: float) -> None:
-        """Set an input; raises TwipError for a name that is not among `names` and a value that is not finite."""
+        """Set an input; raises TwipError for a name that is not among `names` and a value that it cannot take."""
         if name not in self.names:
             raise TwipError(f"there is no input {name} to set, only {', '.join(self.names) or 'none'}")
-        if not math.isfinite(value):
-            raise TwipError(f"{name} = {value} must be a finite number")
+        if why := misfit(self._types[name], value):
+            raise TwipError(f"{name} cannot take {value}, {why}")
         with self._lock:
             self._values[self.names.index(name)] = value
 

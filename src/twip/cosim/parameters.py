@@ -17,10 +17,9 @@ from .problems import Place, Problems
 from .scalar_types import EXACT, misfit, to_float32
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet
-from .texts import number_of
 from .units import Unit, lookup
 from .value_types import family
-from .values import StartValue, Value, Written, out_of_range, parse_value, take
+from .values import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, parse_value, take
 from .wiring import Wiring
 
 _NAMED = 10
@@ -172,10 +171,10 @@ class Assignments:
     def _set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
         if value is None:
             return
-        if not isinstance(value, str) and variable.type != "Enumeration":
+        if not isinstance(value, str):
             value = to_float32(value) if variable.type == "Float32" else value
-            limited = family(variable.type) == "Real" or abs(value) <= EXACT
-            if limited and (why := misfit(variable.type, value)):
+            travels = variable.causality in ("input", "output") or family(variable.type) == "Real"
+            if (travels or abs(value) <= EXACT) and (why := misfit(variable.recorded_type, value)):
                 self.problems.add(f"{variable.name} cannot be set: {value} is a value {why}", place)
                 return
         self.variables[key] = StartValue(variable, value, place)
@@ -198,7 +197,10 @@ class Assignments:
         value = take(name, type_, items, port.unit, written, self.problems)
         if value is None:
             return
-        self.connectors[port.key] = number_of(value) if isinstance(value, str) else float(value)
+        if port.kind == "input" and (why := cannot_travel(type_, value)):
+            self.problems.add(f"{name} cannot be set: {value} is a value {why}", place)
+            return
+        self.connectors[port.key] = in_vector(value)
         for key, link in links:
             first = next(i for i, edge in enumerate(link.edges) if edge.source.key == port.key)
             variable = link.edges[-1].target.variable
@@ -232,7 +234,7 @@ class Assignments:
         self, convert: Conversion, value: Value, variable: Variable, label: str, place: Place
     ) -> Value | None:
         """Return a number after a connection, as the variable's type takes it."""
-        moved = convert(float(value))
+        moved = convert(value if isinstance(value, int) else float(value))
         if moved is None:
             self.problems.add(f"{label}: {value} is no item of the enumeration, and not mapped", place)
             return None

@@ -13,9 +13,8 @@ from .scenario import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .source import is_special
 from .system import System
-from .texts import number_of
 from .toml_file import TomlFile, number, shown
-from .values import StartValue, out_of_range
+from .values import StartValue, cannot_travel, in_vector, out_of_range
 
 
 def read_scenario(
@@ -119,8 +118,10 @@ class _Reader(Entries):
                 )
             if read is None:
                 self.problems.add(f"inputs.{name}[{i}] = {shown(value)} must be {RULES[target.type]}", place)
+            elif why := cannot_travel(target.type, read):
+                self.problems.add(f"inputs.{name}[{i}] cannot take {shown(value)}, {why}", place)
             if at is not None and read is not None:
-                table.append((at, number_of(read) if isinstance(read, str) else float(read)))
+                table.append((at, in_vector(read)))
         return series_of([target], table) if len(self.problems.lines) == before else None
 
     def _change(self, index: int, entry: Mapping[str, object]) -> ParameterChange | None:

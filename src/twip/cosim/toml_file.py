@@ -12,6 +12,24 @@ _HEADER = re.compile(r"\s*(\[{1,2})\s*([\w.-]+)\s*\]{1,2}\s*(?:#.*)?")
 _KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*=""")
 
 
+class WrittenNumber(float):
+    """A number with a point or an exponent that remembers its text: its digits may be more than a float holds."""
+
+    def __new__(cls, text: str) -> "WrittenNumber":
+        """Read a TOML float."""
+        number = super().__new__(cls, text.replace("_", ""))
+        number._text = text.replace("_", "")
+        return number
+
+    _text: str
+
+    def __repr__(self) -> str:
+        return self._text
+
+    def __reduce__(self) -> tuple[type["WrittenNumber"], tuple[str]]:
+        return WrittenNumber, (self._text,)
+
+
 class TomlFile:
     """A TOML document and the lines of its tables and keys.
 
@@ -29,7 +47,7 @@ class TomlFile:
                 problems.add(f"{path}: larger than {MAXIMUM_BYTES // 1024 // 1024} MiB, refused")
                 return
             text = path.read_bytes().decode("utf-8-sig")
-            self.content = tomllib.loads(text.replace("\r\n", "\n"))
+            self.content = tomllib.loads(text.replace("\r\n", "\n"), parse_float=WrittenNumber)
         except (OSError, UnicodeError) as error:
             problems.add(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})")
         except RecursionError:

@@ -15,7 +15,7 @@
 
 /* value reference = 100 * number of the type + one of these */
 enum { IN = 1, ARRAY_IN = 2, OUT = 11, ARRAY_OUT = 12 };
-enum { MODE = 1, AT = 2, U = 3, X = 4, SETS = 5, TABLE = 6 };
+enum { MODE = 1, AT = 2, U = 3, X = 4, SETS = 5, TABLE = 6, LOW = 8 };
 
 #define TYPES(_) _(Float64, 1) _(Float32, 2) _(Int8, 3) _(UInt8, 4) _(Int16, 5) _(UInt16, 6) _(Int32, 7) \
                  _(UInt32, 8) _(Int64, 9) _(UInt64, 10) _(Boolean, 11)
@@ -29,6 +29,7 @@ typedef struct {
     double u, x, at, table[6];
     int mode;
     unsigned sets;
+    fmi3UInt8 low; /* the last 8 bits of in_Int64 */
 } Values;
 
 typedef struct {
@@ -82,6 +83,7 @@ static void echo(Values *v) {
     v->out_##T = v->in_##T; \
     for (int i = 0; i < LENGTH; ++i) v->array_out_##T[i] = v->array_in_##T[LENGTH - 1 - i];
     TYPES(ECHO)
+    v->low = (fmi3UInt8)v->in_Int64;
     memcpy(v->out_String, v->in_String, TEXT);
     for (int i = 0; i < LENGTH; ++i) memcpy(v->array_out_String[i], v->array_in_String[LENGTH - 1 - i], TEXT);
 }
@@ -119,7 +121,8 @@ static fmi3UInt32 *special_UInt32(Values *v, fmi3ValueReference r, size_t *size)
 }
 #define NOTHING(T) \
     static fmi3##T *special_##T(Values *v, fmi3ValueReference r, size_t *size) { return NULL; }
-NOTHING(Float32) NOTHING(Int8) NOTHING(UInt8) NOTHING(Int16) NOTHING(UInt16) NOTHING(Int64) NOTHING(UInt64)
+static fmi3UInt8 *special_UInt8(Values *v, fmi3ValueReference r, size_t *size) { return r == LOW ? &v->low : NULL; }
+NOTHING(Float32) NOTHING(Int8) NOTHING(Int16) NOTHING(UInt16) NOTHING(Int64) NOTHING(UInt64)
 NOTHING(Boolean)
 
 #define ACCESS(T, k) \
