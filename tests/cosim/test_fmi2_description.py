@@ -78,7 +78,7 @@ def test_what_is_used_is_read(tmp_path):
         ('start="3"', 'start="3.5"', "start = '3.5' of variable n must be an Integer of 32 bits"),
         ('start="3"', 'start="4294967296"', "start = '4294967296' of variable n must be an Integer of 32 bits"),
         ('start="true"', 'start="yes"', "start = 'yes' of variable b must be a Boolean (true or false)"),
-        ('start="7"', 'start="8"', "start = '8' of variable gear must be an item of the enumeration"),
+        ('start="7"', 'start="high"', "start = 'high' of variable gear must be an Integer of 32 bits"),
         ('max="9"', 'max="many"', "max = 'many' of Integer must be a whole number"),
         ('min="-273.15"', 'min="cold"', "min = 'cold' of Real must be a finite number"),
         ('stepSize="0.25"', 'stepSize="fast"', "stepSize = 'fast' of DefaultExperiment must be a finite number"),

@@ -35,6 +35,12 @@ def test_the_labels_are_those_of_the_signals_and_stay_text(tmp_path):
     assert {"<b>", "y_{2}", "pitch", "[°]", "time [s]"} <= set(texts)
 
 
+def test_one_log_and_one_signal_may_stand_alone(tmp_path):
+    log = robot_log(tmp_path / "robot.mcap", 0.5)
+    alone, listed = plot(log, tmp_path / "1.svg", "plant.pitch"), plot([log], tmp_path / "2.svg", ["plant.pitch"])
+    assert alone.read_bytes() == listed.read_bytes()
+
+
 def test_peaks_of_long_logs_are_drawn(tmp_path):
     times = np.arange(20_001) / 1000.0
     values = np.where(np.arange(20_001) == 7_777, 3.0, 0.0)

@@ -294,3 +294,11 @@ def test_the_worst_runs_are_errors_then_failures_then_the_largest_metric():
     for wrong in ("worst", "worst:0", "worst:x", "runs:", "runs:-1", "best:2"):
         with pytest.raises(TwipError, match="must be worst:COUNT"):
             Keep.parse(wrong)
+
+
+def test_one_name_or_file_may_stand_alone():
+    assert Axis("k", "a.k", (1.0, 2.0)) == Axis("k", ("a.k",), (1.0, 2.0))
+    assert ParameterSet("pid", "pid.ssv").files == (Path("pid.ssv"),)
+    plan = Plan(Path("s.ssp"), parameters="p.ssv", metrics="fallen", success="fallen == 0", seed_names="imu.seed")
+    assert (plan.parameters, plan.metrics, plan.success) == ((Path("p.ssv"),), ("fallen",), ("fallen == 0",))
+    assert plan.seed_names == ("imu.seed",)

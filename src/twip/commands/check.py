@@ -1,25 +1,17 @@
 """`twip check`: everything that can be said of a system, an FMU or a parameter set without running it."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
 
-from ..cosim.algorithm import Algorithm
-from ..cosim.coupling import Coupling
-from ..cosim.experiment import TimeGrid, time_grid
 from ..cosim.fmu import read_fmu
 from ..cosim.overview import Section, fmu_overview, set_overview, system_overview, weaknesses
+from ..cosim.preparation import prepare
 from ..cosim.problems import Place, Problems
-from ..cosim.rollback import repeatable
-from ..cosim.scenario_file import read_scenario
 from ..cosim.ssv import read_parameter_file
-from ..cosim.system import System, cannot_share_a_process
 from ..errors import TwipError
-from .coupling import coupling_options
-from .run import declare_experiment, load_system
+from .experiment import declare_experiment, load_system, request
 
-T = TypeVar("T")
 DESCRIPTION = """\
 examples:
   twip check ssp/twip.ssp
@@ -74,43 +66,11 @@ def _check_part(path: Path, kind: str) -> int:
 
 def _check_system(arguments: argparse.Namespace) -> int:
     with load_system(arguments.file, arguments) as system:
-        problems = Problems()
-        for line in cannot_share_a_process(system):
-            problems.add(line)
-        asked = Algorithm(**coupling_options(arguments))
-        grid = _told(
-            problems,
-            lambda: time_grid(
-                system, arguments.start_time, arguments.stop_time, arguments.step_size, arguments.tolerance
-            ),
-        )
-        coupling = None if grid is None else _told(problems, lambda: _coupling(system, grid, asked))
-        if grid is not None:
-            scenario = read_scenario(arguments.scenario, arguments.input_file, system, grid, problems)
-        if grid is not None and coupling is not None and not problems:
-            _print(system_overview(system, grid, coupling, scenario))
-            _print_warnings([*system.warnings, *scenario.warnings])
-    problems.raise_any()
+        prepared = prepare(system, request(arguments))
+        _print(system_overview(system, prepared.grid, prepared.coupling, prepared.scenario))
+        _print_warnings([*system.warnings, *prepared.scenario.warnings])
     print("it would run")
     return 0
-
-
-def _coupling(system: System, grid: TimeGrid, asked: Algorithm) -> Coupling:
-    coupling = Coupling.of(system, grid, asked.over(system.experiment.algorithm))
-    repeatable(system, coupling)
-    if crowded := cannot_share_a_process(system):
-        raise TwipError("\n".join(crowded))
-    return coupling
-
-
-def _told(problems: Problems, make: Callable[[], T]) -> T | None:
-    """Return what `make` gives; its failure is a problem."""
-    try:
-        return make()
-    except TwipError as error:
-        for line in str(error).splitlines():
-            problems.add(line)
-        return None
 
 
 def _print(sections: Sequence[Section]) -> None:

@@ -7,8 +7,8 @@ from pathlib import Path
 from ..cosim import load
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
+from .experiment import pairs
 from .paths import refuse_clashes
-from .run import pairs
 from .terminal import print_rows
 
 DESCRIPTION = """\

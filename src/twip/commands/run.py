@@ -2,22 +2,23 @@
 
 import argparse
 import shlex
-from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from signal import SIGINT
 
-from ..cosim import CsvSink, Result, System, load, simulate
+from ..cosim import CsvSink, Result, System, simulate
 from ..cosim.checkpoint import Checkpoint
-from ..cosim.experiment import TimeGrid, time_grid
+from ..cosim.experiment import TimeGrid
 from ..cosim.isolation import START_LIMIT, TIME_LIMIT
 from ..cosim.log import Attachment, McapLog
+from ..cosim.preparation import Request, grid_of, prepare
 from ..cosim.record import Sink
 from ..cosim.scenario_file import files_of
 from ..errors import TwipError
 from ..lab.scene import scene
 from . import live
-from .coupling import coupling_options, declare_coupling
+from .coupling import coupling_options
+from .experiment import declare_experiment, load_system, request, swaps
 from .paths import refuse_clashes
 from .progress import progress_bar
 from .terminal import Warnings, notice, print_json, print_rows
@@ -50,58 +51,6 @@ def declare(parser: argparse.ArgumentParser) -> None:
     declare_experiment(parser)
     declare_execution(parser)
     parser.set_defaults(run=run)
-
-
-def declare_experiment(parser: argparse.ArgumentParser) -> None:
-    """Declare what is to be run: values, times, inputs, coupling."""
-    parser.add_argument(
-        "--ssd", metavar="NAME", help="one of several descriptions in the archive; default: SystemStructure.ssd"
-    )
-    parser.add_argument("--start-time", type=float, metavar="S", help="start time in s; default: the system's, else 0")
-    parser.add_argument("--stop-time", type=float, metavar="S", help="stop time in s; default: the system's")
-    parser.add_argument(
-        "--step-size",
-        type=float,
-        metavar="S",
-        help="communication step in s; default: the system's, else the smallest of its FMUs",
-    )
-    parser.add_argument(
-        "--start-values",
-        nargs="+",
-        default=[],
-        metavar=("NAME", "VALUE"),
-        help="start values of component.variable, in the variable's unit",
-    )
-    parser.add_argument(
-        "--parameters",
-        nargs="+",
-        default=[],
-        metavar="FILE.ssv",
-        help="parameter sets with names component.variable; a later one wins",
-    )
-    parser.add_argument(
-        "--swap",
-        nargs="+",
-        default=[],
-        metavar="NAME=FILE.fmu",
-        help="another FMU in a component's place; it must fit (docs/swapping.md)",
-    )
-    parser.add_argument(
-        "--swap-map",
-        nargs="+",
-        default=[],
-        metavar="NAME=FILE.toml",
-        help="how names and units of a swapped FMU differ from the system's; default: not at all",
-    )
-    parser.add_argument(
-        "--input-file", metavar="FILE.csv", help="time series for open inputs: columns time in s, component.variable"
-    )
-    parser.add_argument(
-        "--scenario",
-        metavar="FILE.toml",
-        help="time series, parameter changes and faults of connections (docs/scenarios.md); default: none",
-    )
-    declare_coupling(parser)
 
 
 def declare_execution(parser: argparse.ArgumentParser) -> None:
@@ -168,49 +117,12 @@ def declare_execution(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text, for scripts")
 
 
-def load_system(path: str, arguments: argparse.Namespace) -> System:
-    """Load the system at `path` with the values and swaps of the options."""
-    return load(
-        path,
-        ssd=arguments.ssd,
-        parameters=arguments.parameters,
-        start_values=pairs(arguments.start_values),
-        swap=swaps("--swap", arguments.swap),
-        swap_map=swaps("--swap-map", arguments.swap_map),
-    )
-
-
-def swaps(option: str, values: Sequence[str]) -> dict[str, str]:
-    """Return the files by component of `--swap a=b.fmu c=d.fmu`."""
-    found: dict[str, str] = {}
-    for text in values:
-        name, equals, file = text.partition("=")
-        if not (name and equals and file):
-            raise TwipError(f"{option} {text}: a component and a file are needed, such as controller=other.fmu")
-        if name in found:
-            raise TwipError(f"{option}: {name} is given more than once")
-        found[name] = file
-    return found
-
-
-def pairs(values: Sequence[str]) -> dict[str, str]:
-    """Return the name-value pairs of `--start-values a 1 b 2`."""
-    if len(values) % 2:
-        raise TwipError(
-            f"--start-values {' '.join(values)}: names and values must come in pairs, but {values[-1]} has no value"
-        )
-    twice = sorted({name for name in values[::2] if values[::2].count(name) > 1})
-    if twice:
-        raise TwipError(f"--start-values: {', '.join(twice)} is given more than once")
-    return dict(zip(values[::2], values[1::2], strict=True))
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Run the system, and return the exit status."""
     if arguments.no_log and arguments.log is not None:
         raise TwipError(f"--log {arguments.log} and --no-log exclude each other")
     with load_system(arguments.ssp, arguments) as system:
-        grid = time_grid(system, arguments.start_time, arguments.stop_time, arguments.step_size, arguments.tolerance)
+        grid = _grid(system, request(arguments))
         variant = "" if arguments.ssd is None else f"-{Path(arguments.ssd).stem}"
         unresumed = default = Path("logs") / f"{Path(arguments.ssp).stem}{variant}"
         if arguments.resume is not None:
@@ -285,6 +197,14 @@ def run(arguments: argparse.Namespace) -> int:
         print_result(result)
         print_rows(*files)
     return 128 + (result.signal or SIGINT) if result.interrupted else 0
+
+
+def _grid(system: System, wanted: Request) -> TimeGrid:
+    """Return the times of the run; what is wrong with them is told with all the rest."""
+    try:
+        return grid_of(system, wanted)
+    except TwipError:
+        return prepare(system, wanted).grid
 
 
 def from_time(path: Path, time: float) -> Path:

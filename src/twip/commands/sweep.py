@@ -17,9 +17,9 @@ from ..lab.sweep.plan import ParameterSet, Plan
 from ..lab.sweep.plan_file import read_plan
 from ..lab.sweep.run import Outcome, run_sweep
 from ..lab.sweep.statistics import Rate
+from .experiment import pairs
 from .paths import refuse_clashes
 from .progress import progress_bar
-from .run import pairs
 from .sweep_questions import Questions
 from .terminal import notice, print_json, print_rows
 

@@ -27,9 +27,7 @@ def assemble(
     problems: Problems,
     workspace: Workspace,
 ) -> System | None:
-    """Build the system; None when there are problems."""
-    if problems:
-        return None
+    """Build the system, whose structure must be sound; None when there are problems, with its values too."""
     usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
     return _Assembly(description, usable, wiring, assignments, problems).system(sources, workspace)
 

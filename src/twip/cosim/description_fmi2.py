@@ -96,7 +96,7 @@ class _Description(Reader):
             [] if inner is None else [(i.get("name", ""), self.integer(i, "value")) for i in inner.findall("Item")]
         )
         labels = tuple((label, number) for label, number in numbers if number is not None)
-        start = self._start(name, value, labels)
+        start = self._start(name, value)
         unit = next((source.get("unit") for source in sources if source.get("unit") is not None), None)
         if reference is None or len(self.problems.lines) > before:
             return None
@@ -117,12 +117,13 @@ class _Description(Reader):
         infinite = {"INF": math.inf, "-INF": -math.inf}.get(source.get(attribute, "").strip())
         return self.number(source, attribute) if infinite is None else infinite
 
-    def _start(self, name: str, value: Element, items: tuple[tuple[str, int], ...]) -> str | None:
+    def _start(self, name: str, value: Element) -> str | None:
         """Return a start value as it is written; what is none of its type is a problem."""
         text, type_ = value.get("start"), str(value.tag)
+        kind = "Integer" if type_ == "Enumeration" else type_
         undetermined = type_ == "Real" and (text or "").strip() in ("INF", "-INF", "NaN")
-        if text is not None and not undetermined and parse_value(text, type_, items) is None:
-            self.problems.add(f"start = {text!r} of variable {name} must be {rule(type_)}", self.place(value))
+        if text is not None and not undetermined and parse_value(text, kind) is None:
+            self.problems.add(f"start = {text!r} of variable {name} must be {rule(kind)}", self.place(value))
         return text
 
     def _feedthrough(

@@ -54,6 +54,21 @@ def _resolution(start: float, stop: float) -> float:
     return _RESOLUTION * math.ulp(max(abs(start), abs(stop)))
 
 
+def time_problems(start: float | None, stop: float | None, step_size: float | None) -> list[str]:
+    """Return what is wrong with times and a step in s by themselves, of what is not None a line for each."""
+    problems = []
+    if stop is not None and start is not None:
+        if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
+            problems.append(f"stop time {stop!r} s must be later than start time {start!r} s")
+    else:
+        for name, time in (("start", start), ("stop", stop)):
+            if time is not None and not math.isfinite(time):
+                problems.append(f"{name} time {time!r} s must be a finite number")
+    if step_size is not None and not (math.isfinite(step_size) and step_size > 0.0):
+        problems.append(f"step size {step_size!r} s must be a positive number")
+    return problems
+
+
 def time_grid(
     system: System,
     start: float | None,
@@ -61,7 +76,7 @@ def time_grid(
     step_size: float | None,
     tolerance: float | None = None,
 ) -> TimeGrid:
-    """Complete and check the arguments. Raises `TwipError` that names the numbers.
+    """Complete and check the arguments. Raises `TwipError` that names the numbers, with a line per problem.
 
     With a `tolerance` above 0, given or proposed, steps are variable: `step_size` is that of the first, and need not
     divide the interval.
@@ -69,8 +84,9 @@ def time_grid(
     proposed = system.experiment
     start = next((float(t) for t in (start, proposed.start_time) if t is not None), 0.0)
     stop = next((float(t) for t in (stop, proposed.stop_time) if t is not None), None)
+    problems = []
     if stop is None:
-        raise TwipError(f"stop time is not given, and {system.file} has no DefaultExperiment with one")
+        problems.append(f"stop time is not given, and {system.file} has no DefaultExperiment with one")
     if step_size is None:
         fmu_steps = [
             c.fmu.step_size for c in system.components if c.fmu.step_size is not None and c.fmu.step_size > 0.0
@@ -78,12 +94,11 @@ def time_grid(
         said = proposed.algorithm.step_size
         step_size = said if said is not None else min(fmu_steps, default=None)
     if step_size is None:
-        raise TwipError(f"step size is not given, and neither {system.file} nor any FMU proposes one")
-    step_size = float(step_size)
-    if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
-        raise TwipError(f"stop time {stop!r} s must be later than start time {start!r} s")
-    if not (math.isfinite(step_size) and step_size > 0.0):
-        raise TwipError(f"step size {step_size!r} s must be a positive number")
+        problems.append(f"step size is not given, and neither {system.file} nor any FMU proposes one")
+    step_size = None if step_size is None else float(step_size)
+    problems += time_problems(start, stop, step_size)
+    if problems or stop is None or step_size is None:
+        raise TwipError("\n".join(problems))
     ratio = (stop - start) / step_size
     if ratio > _MAXIMUM_STEPS:
         raise TwipError(f"step size {step_size!r} s is too small for the interval from {start!r} s to {stop!r} s")

@@ -60,7 +60,7 @@ class FaultEntries(Entries):
                     text = f"{label}.value = {size:g} has no value for {self.names[target]}: it is not mapped"
                     self.problems.add(text, self._at(index, key))
         first, last = self._interval(label, times[0], times[1], self._at(index, "start"))
-        if len(self.problems.lines) > before or not isinstance(seed, int):
+        if self.grid is None or len(self.problems.lines) > before or not isinstance(seed, int):
             return None
         unit = {"delay": "s", "dropout": ""}.get(kind, self._signal(column).unit or "")
         is_text = kind == "stuck" and self._signal(column).type == "String"
@@ -137,7 +137,7 @@ class FaultEntries(Entries):
         ):
             self.problems.add(f"{label}.{key} = {shown(given)} must be {rule}", place)
             return None
-        if kind == "delay":
+        if kind == "delay" and self.grid is not None:
             steps = size / self.grid.step_size
             if steps > LONGEST_DELAY:
                 self.problems.add(f"{label}.delay = {size!r} s is more than {LONGEST_DELAY} steps", place)
@@ -148,7 +148,9 @@ class FaultEntries(Entries):
         return size
 
     def _interval(self, label: str, start: float | None, stop: float | None, place: Place) -> tuple[int, int]:
-        """Return the first step of a fault and the one after its last."""
+        """Return the first step of a fault and the one after its last; nothing of use where times are wrong."""
+        if self.grid is None:
+            return 0, 0
         first = 0 if start is None else point_of(start, self.grid)
         last = self.grid.steps if stop is None else point_of(stop, self.grid)
         if stop is not None and stop <= (self.grid.start if start is None else start):

@@ -6,6 +6,7 @@ already in target units.
 """
 
 from collections.abc import Mapping as AnyMapping
+from collections.abc import Set
 from dataclasses import dataclass
 
 from .fmu import RECORDED_TYPES, Variable
@@ -99,8 +100,8 @@ def full_name(key: Key) -> str:
     return f"{key[0]}.{key[1]}" if key[0] else key[1]
 
 
-def trace(key: Key, edges: AnyMapping[Key, Edge], problems: Problems) -> Link | None:
-    """Follow the connections from a target back to where its value begins."""
+def trace(key: Key, edges: AnyMapping[Key, Edge], severed: Set[Key], problems: Problems) -> Link | None:
+    """Follow the connections from a target back to where its value begins; None where that is not to be known."""
     chain: list[Edge] = []
     passed: set[Key] = set()
     while key in edges:
@@ -114,6 +115,8 @@ def trace(key: Key, edges: AnyMapping[Key, Edge], problems: Problems) -> Link | 
         key = chain[-1].source.key
     chain.reverse()
     source = chain[0].source
+    if source.variable is None and source.key in severed:
+        return None
     if source.variable is None and (source.shared or source.kind not in GIVING):
         problems.add(
             f"{source.label()} → {chain[0].target.label()}: nothing feeds {full_name(source.key)}",

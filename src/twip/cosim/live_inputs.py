@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
+from . import several
 from .inputs import InputSeries, find_target
 from .scalar_types import misfit
 from .system import System
@@ -19,17 +20,16 @@ from .system import System
 class LiveInputs:
     """Values of open inputs of a system, by `component.variable` or system connector; any thread may set them."""
 
-    def __init__(self, system: System, names: Sequence[str]) -> None:
+    def __init__(self, system: System, names: str | Sequence[str]) -> None:
         """Take over these inputs, at their start values; raises TwipError that names all that cannot be driven."""
-        if isinstance(names, str):
-            raise TwipError(f"names {names!r} must be a list of inputs")
+        names = several.names("names", names)
         targets = {name: find_target(system, name) for name in names}
         problems = [target for target in targets.values() if isinstance(target, str)]
         found = {name: target for name, target in targets.items() if not isinstance(target, str)}
         problems += [f"{name} is a String and cannot be set live" for name, t in found.items() if t.type == "String"]
         if problems:
             raise TwipError("\n".join(problems))
-        self.names = tuple(names)
+        self.names = names
         self._types = {name: target.type for name, target in found.items()}
         self._lock = Lock()
         self._values = np.array([start_value(system, name) for name in names])

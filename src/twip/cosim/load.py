@@ -1,6 +1,5 @@
 """Reads a system structure, checks all of it, and returns a `System` or every problem at once."""
 
-import os
 import pathlib
 from collections.abc import Mapping, Sequence
 
@@ -13,8 +12,10 @@ from .fmus import read_fmus
 from .parametrization import parametrize
 from .problems import Problems
 from .references import DEFAULT_SSD, References
+from .several import PathLike, Paths, by_name, paths
 from .source import Location, read_file
 from .ssd import read_description
+from .ssv import read_parameter_file
 from .structure import components_of
 from .swap import Swaps
 from .swap_map import read_swap_map
@@ -22,14 +23,12 @@ from .system import System, cannot_share_a_process
 from .values import Value
 from .wiring import report_shared_names, wire
 
-PathLike = str | os.PathLike[str]
-
 
 def load(
     path: PathLike,
     *,
     ssd: str | None = None,
-    parameters: Sequence[PathLike] = (),
+    parameters: Paths = (),
     start_values: Mapping[str, Value] | None = None,
     swap: Mapping[str, PathLike] | None = None,
     swap_map: Mapping[str, PathLike] | None = None,
@@ -37,12 +36,12 @@ def load(
     """Read and check a system, without running code of any FMU.
 
     `path` is a `.ssp` archive, an unpacked folder or a bare `.ssd`. `ssd` names one of several descriptions in an
-    archive or folder; the default is `SystemStructure.ssd`. `parameters` are further parameter sets (`.ssv`)
+    archive or folder; the default is `SystemStructure.ssd`. `parameters` are further parameter sets (`.ssv`), or one,
     that address `component.variable`; `start_values` do so too and win over them. `swap` replaces the FMU of a
     component by another file, which must fit; `swap_map` names a file by component that says how names and units differ
     (docs/swapping.md). Raises `TwipError` with one line per problem.
     """
-    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {}, swap_map or {})
+    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values, swap, swap_map)
     problems.raise_any()
     if system is None:
         raise TwipError(f"{path}: cannot be loaded")
@@ -53,36 +52,41 @@ def check(
     path: PathLike,
     *,
     ssd: str | None = None,
-    parameters: Sequence[PathLike] = (),
+    parameters: Paths = (),
     start_values: Mapping[str, Value] | None = None,
     swap: Mapping[str, PathLike] | None = None,
     swap_map: Mapping[str, PathLike] | None = None,
 ) -> list[str]:
     """Return the problems that `load` would raise, one line each; an empty list when the system would run."""
-    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values or {}, swap or {}, swap_map or {})
+    system, problems = _load(pathlib.Path(path), ssd, parameters, start_values, swap, swap_map)
     return problems.lines + ([] if system is None else cannot_share_a_process(system))
 
 
 def _load(
     path: pathlib.Path,
     ssd: str | None,
-    parameters: Sequence[PathLike],
-    start_values: Mapping[str, Value],
-    swap: Mapping[str, PathLike],
-    swap_map: Mapping[str, PathLike],
+    parameters: Paths,
+    start_values: Mapping[str, Value] | None,
+    swap: Mapping[str, PathLike] | None,
+    swap_map: Mapping[str, PathLike] | None,
 ) -> tuple[System | None, Problems]:
     problems = Problems()
     workspace = Workspace()
+    files = [pathlib.Path(p) for p in paths(parameters)]
+    others = {name: pathlib.Path(file) for name, file in by_name("swap", swap).items()}
+    map_files = by_name("swap_map", swap_map)
+    values = by_name("start_values", start_values)
+    maps = {name: read_swap_map(pathlib.Path(file), problems) for name, file in map_files.items()}
     try:
         file, enclosure = _locate(path, ssd, workspace)
     except TwipError as error:
         problems.add(str(error))
-        return None, problems
+        return None, _with_files(problems, files)
     root = read_file(file, file.name, problems)
     location = Location(file.parent, enclosure, file.name)
     description = None if root is None else read_description(root, location, problems)
     if description is None:
-        return None, problems
+        return None, _with_files(problems, files)
     sources = {"system": {"file": path.name, "name": description.name}}
     if path.is_file():
         sources["system"]["sha256"] = file_fingerprint(path)
@@ -94,16 +98,22 @@ def _load(
     components = components_of(top)
     if not components:
         problems.add(f"system {top.name} has no components", top.place)
-    others = {name: pathlib.Path(file) for name, file in swap.items()}
-    maps = {name: read_swap_map(pathlib.Path(file), problems) for name, file in swap_map.items()}
     swaps = Swaps(top, components, others, maps, problems)
     fmus = swaps.fit(read_fmus(components, others, problems), sources)
     expand_arrays(top, fmus, problems)
     wiring = wire(top, fmus, components, problems)
     swaps.refuse_loops(wiring, fmus)
-    files = [pathlib.Path(p) for p in parameters]
-    assignments = parametrize(top, fmus, wiring, files, start_values, sources, problems, swaps.units)
-    return assemble(description, fmus, wiring, assignments, sources, problems, workspace), problems
+    sound = not problems
+    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.units)
+    system = assemble(description, fmus, wiring, assignments, sources, problems, workspace) if sound else None
+    return system, problems
+
+
+def _with_files(problems: Problems, files: Sequence[pathlib.Path]) -> Problems:
+    """Add what is wrong with the caller's parameter files by themselves, where there is no system to apply them to."""
+    for file in files:
+        read_parameter_file(file, file.name if file.is_file() else str(file), problems)
+    return problems
 
 
 def _locate(path: pathlib.Path, ssd: str | None, workspace: Workspace) -> tuple[pathlib.Path, pathlib.Path | None]:

@@ -7,7 +7,7 @@ description names and nobody has is ignored, with a warning; what the caller nam
 import copy
 import dataclasses
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 
 from .fmu import Fmu, Variable
@@ -48,11 +48,15 @@ class Assignments:
     problems: Problems
     units: Mapping[Key, Unit]
     """Of values in the system's description that have none, where it is not that of the variable."""
+    unreadable: Set[str] = frozenset()
+    """Paths of the components whose FMU cannot be read: nobody knows their variables."""
     variables: dict[Key, StartValue] = field(default_factory=dict)
     connectors: dict[Key, float] = field(default_factory=dict)
     """Values given to system connectors, in the connector's unit."""
     callers: dict[Key, Place] = field(default_factory=dict)
     """What the caller or a parameter file of the caller gives a value to."""
+    unchecked: dict[str, None] = field(default_factory=dict)
+    """Names of the caller's values for unreadable components."""
 
     def __post_init__(self) -> None:
         self._names: dict[str, list[tuple[Key, Variable | Port]]] = {}
@@ -121,7 +125,12 @@ class Assignments:
                     suppress_unit_conversion=entry.suppress_unit_conversion,
                 )
             self._assign(key, target, written)
-        return bool(matches) or scope.from_caller
+        return bool(matches) or scope.from_caller or self._is_unreadable(scope, name)
+
+    def _is_unreadable(self, scope: Scope, name: str) -> bool:
+        """Tell whether a name may be that of a variable of an FMU that cannot be read."""
+        whole = f"{scope.path}.{name}" if scope.path else name
+        return any(whole.startswith(f"{path}.") for path in self.unreadable)
 
     def apply_values(self, values: Mapping[str, Value]) -> None:
         """Apply values by `component.variable`, in the variables' own units."""
@@ -151,7 +160,9 @@ class Assignments:
     def _find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
         path = scope.path
         matches = self._names.get(f"{path}.{name}" if path else name, [])
-        if not matches and scope.from_caller:
+        if not matches and scope.from_caller and self._is_unreadable(scope, name):
+            self.unchecked[name] = None
+        elif not matches and scope.from_caller:
             close = difflib.get_close_matches(name, self._names, 1)
             self.problems.add(f"unknown parameter {name}" + (f", did you mean {close[0]}?" if close else ""), place)
         return matches
@@ -191,6 +202,8 @@ class Assignments:
             if any(e.source.key == port.key for e in link.edges)
         ]
         behind = [e.target for _, link in links for e in link.edges]
+        if port.key in self.wiring.severed and port.type is None:
+            return  # its type is that of what it leads to
         type_ = port.type or next((p.type for p in behind if p.type), "Real")
         items = port.items or next((p.items for p in behind if p.items), ())
         name = full_name(port.key)
@@ -214,6 +227,8 @@ class Assignments:
     def _backward(self, port: Port, written: Written) -> None:
         """Give a value to a connector that a component feeds: it becomes the start value of the output."""
         link = self.wiring.links.get(port.key)
+        if link is None and port.key in self.wiring.severed:
+            return
         variable = None if link is None else link.source.variable
         name = full_name(port.key)
         if link is None or variable is None or not variable.settable:

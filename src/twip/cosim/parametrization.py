@@ -37,32 +37,27 @@ def parametrize(
     `units` are those of values in the description that have none, where they are not the variable's.
     """
     usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
-    complete = len(usable) == len(fmus)
-    assignments = Assignments(usable, wiring, problems, units)
-    scopes: list[tuple[str, ComponentElement | SystemElement]] = [
-        (path, element) for path, element in components_of(system).items() if path in usable
-    ]
+    assignments = Assignments(usable, wiring, problems, units, fmus.keys() - usable.keys())
+    scopes: list[tuple[str, ComponentElement | SystemElement]] = [*components_of(system).items()]
     scopes += reversed(systems_of(system).items())  # inner systems before the ones around them
     for path, element in scopes:
-        base = usable[path].path if path in usable else _folder(element)
+        base = usable[path].path if path in usable else _folder(element)  # of an unreadable FMU there is none
         for binding in element.bindings:
             parameters, mapping, whole = fetch(binding, base, problems)
             _note_files(binding, sources)
-            if parameters is not None and whole and complete:
+            if parameters is not None and whole:
                 scope = Scope(path, binding.prefix, binding.document.units)
                 assignments.apply_set(parameters, scope, mapping)
-    if not complete and (files or start_values):
-        problems.add("parameter files and start values were not checked against the FMUs that cannot be read")
-    if complete:
-        assignments.apply_constants()
+    assignments.apply_constants()
     for file in files:
         given = read_parameter_file(file, file.name if file.is_file() else str(file), problems)
         if given is not None:
             sources[f"parameters {file.name}"] = {"file": str(file), "sha256": file_fingerprint(file)}
-            if complete:
-                assignments.apply_set(given, Scope("", "", {}, from_caller=True))
-    if complete:
-        assignments.apply_values(start_values)
+            assignments.apply_set(given, Scope("", "", {}, from_caller=True))
+    assignments.apply_values(start_values)
+    if assignments.unchecked:
+        names = ", ".join(assignments.unchecked)
+        problems.add(f"values of {names} were not checked: the FMU cannot be read")
     if start_values:
         sources["start values"] = {name: str(value) for name, value in start_values.items()}
     assignments.check_connected()
@@ -72,7 +67,8 @@ def parametrize(
 
 def _folder(element: ComponentElement | SystemElement) -> pathlib.Path | None:
     """Return the folder of the description that a system comes from, if a component refers to it."""
-    return element.document.location.folder if element.source is not None else None
+    described = isinstance(element, SystemElement) and element.source is not None
+    return element.document.location.folder if described else None
 
 
 def _note_files(binding: Binding, sources: Sources) -> None:

@@ -11,9 +11,11 @@ from .values import Value, parse_value
 
 
 class Entries:
-    """Checks entries against the system and the times of the run; what is wrong goes to `problems`."""
+    """Checks entries against the system and, unless they are wrong themselves, the times of the run; what is wrong
+    goes to `problems`.
+    """
 
-    def __init__(self, file: TomlFile, system: System, grid: TimeGrid, problems: Problems):
+    def __init__(self, file: TomlFile, system: System, grid: TimeGrid | None, problems: Problems):
         self.file = file
         self.system = system
         self.grid = grid
@@ -40,7 +42,7 @@ class Entries:
         time, place = number(entry[key]), self.file.place(table, index, key)
         if time is None:
             self.problems.add(f"{table}[{index}].{key} = {shown(entry[key])} must be a time in s", place)
-        elif time < self.grid.start:
+        elif self.grid is not None and time < self.grid.start:
             self.problems.add(
                 f"{table}[{index}].{key} = {time:g} s is before the start time, {self.grid.start:g} s", place
             )

@@ -21,12 +21,12 @@ def read_scenario(
     path: str | os.PathLike[str] | None,
     input_file: str | os.PathLike[str] | None,
     system: System,
-    grid: TimeGrid,
+    grid: TimeGrid | None,
     problems: Problems,
 ) -> Scenario:
     """Read the scenario at `path` and the CSV file of the caller; without both, nothing is done to the system.
 
-    Not to be used when there are problems.
+    `grid` is None where the times of the run are wrong. Not to be used when there are problems.
     """
     inputs = Scenario().inputs if input_file is None else read_inputs(input_file, system, problems)
     if path is None:
@@ -156,7 +156,7 @@ class _Reader(Entries):
             return None
         for problem in out_of_range(variable, value):
             self.problems.add(f"parameters[{index}]: {problem}", place)
-        if time is None or len(self.problems.lines) > before:
+        if time is None or self.grid is None or len(self.problems.lines) > before:
             return None
         if time >= self.grid.stop:
             self.warnings.append(f"parameters[{index}]: {time:g} s is not before the stop time, {name} does not change")

@@ -15,21 +15,20 @@ from .algorithm import Algorithm
 from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .coupling import Coupling
 from .delivery import Delivery, writing
-from .experiment import TimeGrid, time_grid
+from .experiment import TimeGrid
 from .interrupt import InterruptFlag
 from .isolation import TIME_LIMIT
 from .live_inputs import LiveInputs
 from .loop import PythonLoop
 from .pace import Pacer
 from .pool import InstancePool
-from .problems import Problems
+from .preparation import Request, prepare
 from .record import Sink
 from .results import Result, Table
-from .rollback import repeatable
 from .run import LoopKind, Run
 from .scenario import Scenario
-from .scenario_file import read_scenario
-from .system import System, cannot_share_a_process
+from .several import by_name, names
+from .system import System
 
 LOOPS = ("compiled", "python")
 """How a schedule can be executed; the first is the default where numba is installed."""
@@ -42,8 +41,8 @@ def simulate(
     stop_time: float | None = None,
     step_size: float | None = None,
     coupling: str | None = None,
-    mid_step: Sequence[str] | None = None,
-    order: Sequence[str] | None = None,
+    mid_step: str | Sequence[str] | None = None,
+    order: str | Sequence[str] | None = None,
     own_steps: Mapping[str, float] | None = None,
     iteration_tolerance: float | None = None,
     maximum_iterations: int | None = None,
@@ -52,7 +51,7 @@ def simulate(
     maximum_step: float | None = None,
     input_file: str | os.PathLike[str] | None = None,
     scenario: str | os.PathLike[str] | None = None,
-    sinks: Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] | None = None,
+    sinks: Sink | Sequence[Sink] | Callable[[TimeGrid], Sequence[Sink]] | None = None,
     progress: Callable[[float], None] | None = None,
     notice: Callable[[str], None] | None = None,
     loop: str | None = None,
@@ -107,36 +106,30 @@ def simulate(
     with contextlib.ExitStack() as closing:
         closing.push(interrupted)  # entered below; left when all sinks are closed
         table = Table(system.channels, continued=resume is not None) if sinks is None else None
-        given = () if callable(sinks) else [table] if table is not None else sinks or ()
+        given: Sequence[Sink] = () if sinks is None or callable(sinks) else _listed(sinks)
+        given = given if table is None else [table]
         for sink in given:
             closing.callback(_close, sink)
         if isolate and loop == "compiled":
             raise TwipError("loop 'compiled' calls FMUs in this process: isolated ones need loop 'python'")
         limit = _time_limit(isolate, time_limit)
-        if not isolate and (crowded := cannot_share_a_process(system)):
-            raise TwipError("\n".join(crowded))
-        grid = time_grid(system, start_time, stop_time, step_size, tolerance)
         asked = Algorithm(
             coupling=coupling,
-            mid_step=None if mid_step is None else tuple(mid_step),
-            order=None if order is None else tuple(order),
-            own_steps=own_steps,
+            mid_step=None if mid_step is None else names("mid_step", mid_step),
+            order=None if order is None else names("order", order),
+            own_steps=None if own_steps is None else by_name("own_steps", own_steps),
             iteration_tolerance=iteration_tolerance,
             maximum_iterations=maximum_iterations,
             tolerance=tolerance,
             minimum_step=minimum_step,
             maximum_step=maximum_step,
         )
-        plan = Coupling.of(system, grid, asked.over(system.experiment.algorithm))
+        request = Request(start_time, stop_time, step_size, asked, input_file, scenario, isolate)
+        prepared = prepare(system, request)
+        grid, plan, planned = prepared.grid, prepared.coupling, prepared.scenario
         kind = _choose_loop(loop, isolate, plan)
-        repeatable(system, plan)
         if plan.control is not None:
             _refuse({"checkpoint": checkpoint, "resume": resume, "real_time": real_time})
-        problems = Problems()
-        planned = read_scenario(scenario, input_file, system, grid, problems)
-        problems.raise_any()
-        if plan.control is not None and planned.faults:
-            raise TwipError("faults of the scenario need equal steps, but with a tolerance they vary")
         if live is not None:
             planned = _with_live(planned, live, checkpoint is not None or resume is not None)
         if checkpoint is None and checkpoint_every is not None:
@@ -215,6 +208,10 @@ def _refuse(arguments: Mapping[str, object]) -> None:
     if given := [name.replace("_", " ") for name, value in arguments.items() if value is not None]:
         needs = "needs" if len(given) == 1 else "need"
         raise TwipError(f"{' and '.join(given)} {needs} equal steps, but with a tolerance they vary")
+
+
+def _listed(sinks: Sink | Sequence[Sink]) -> Sequence[Sink]:
+    return sinks if isinstance(sinks, Sequence) else [sinks]
 
 
 def _ignore(_: object) -> None:

@@ -12,6 +12,7 @@ from .links import Conversion, full_name
 from .parameters import Assignments
 from .problems import Problems
 from .record import Channel, columns
+from .several import by_name
 from .ssd import Experiment
 from .transformation import Mapping
 from .units import Affine
@@ -118,7 +119,7 @@ class System:
         """
         problems = Problems()
         assignments = self.assignments.continued(problems)
-        assignments.apply_values(start_values)
+        assignments.apply_values(by_name("start_values", start_values))
         assignments.check_connected()
         assignments.check_ranges()
         problems.raise_any()

@@ -19,6 +19,8 @@ class Wiring:
     ports: dict[Key, Port] = field(default_factory=dict)
     links: dict[Key, Link] = field(default_factory=dict)
     """By target: component inputs and parameters, and system connectors fed from elsewhere."""
+    severed: set[Key] = field(default_factory=set)
+    """Ports of connections whose other end is unusable: what feeds them, or what they feed, is not known."""
 
     def fed_by(self, key: Key) -> list[tuple[Key, Link]]:
         """Return the links that begin at `key`, by name of their target."""
@@ -42,9 +44,9 @@ def wire(
                 wirer.add_component_port(path, connector, fmu, component.document)
     wirer.add_system(system, "", ())
     wirer.join_dictionaries()
-    wiring = Wiring(wirer.ports)
+    wiring = Wiring(wirer.ports, severed=wirer.severed)
     for key in wirer.edges:
-        link = trace(key, wirer.edges, problems)
+        link = trace(key, wirer.edges, wirer.severed, problems)
         if link is not None:
             wiring.links[key] = link
     return wiring
@@ -56,6 +58,7 @@ class _Wirer:
     def __init__(self, fmus: dict[str, Fmu | None], problems: Problems):
         self.ports: dict[Key, Port] = {}
         self.edges: dict[Key, Edge] = {}
+        self.severed: set[Key] = set()
         self.problems = problems
         self._unusable = {path for path, fmu in fmus.items() if fmu is None}
         self._dictionaries = Dictionaries(problems)
@@ -136,6 +139,7 @@ class _Wirer:
             ends.append((port, not element_name))
         (a, a_own), (b, b_own) = ends
         if a is None or b is None:
+            self.severed |= {port.key for port in (a, b) if port is not None}
             return
         first, second = (a_own, a.kind), (b_own, b.kind)
         if reason := refusal(first, second):

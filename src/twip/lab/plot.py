@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+from ..cosim import several
 from ..cosim.playback import Playback
 from ..errors import TwipError
 from .drawing import label, legend, look, picture
@@ -24,14 +25,17 @@ WIDTH, HEIGHT = 7.0, 1.5
 """Of one panel, in inches."""
 
 
-def plot(logs: Sequence[Playback], path: Path, names: Sequence[str] = (), in_degrees: bool = False) -> Path:
-    """Draw logs, laid over each other, to `path`, and return it.
+def plot(
+    logs: Playback | Sequence[Playback], path: Path, names: str | Sequence[str] = (), in_degrees: bool = False
+) -> Path:
+    """Draw a log, or several laid over each other, to `path`, and return it.
 
     Without `names` (signals; `*` and `?` stand for any text and letter) the usual panels are drawn; with them, those
     signals in the log's units, or with rad `in_degrees`. Raises TwipError for a name that matches nothing, a log
     without rows, another format than `FORMATS` and a file that cannot be written.
     """
     check_ending(path, FORMATS)
+    logs, names = [logs] if isinstance(logs, Playback) else logs, several.names("names", names)
     if empty := [str(log.path) for log in logs if not len(log.times)]:
         raise TwipError("\n".join(f"log {name!r} has no rows to plot" for name in empty))
     drawn = [[_shown(panel, in_degrees) for panel in panels(log, names)] for log in logs]

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from ...cosim.several import names
 from ...cosim.values import Value
 from ...errors import TwipError
 
@@ -89,6 +90,7 @@ class Axis:
     """Whether the values are multiples of what the variables would start with."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "names", names("names", self.names))
         if not self.label or not all(self.names) or not self.names:
             raise TwipError(f"axis {self.label!r} must name at least one variable")
         if self.distribution is None and not self.values:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ...cosim import several
 from ...cosim.fmu import file_fingerprint
 from ...cosim.load import load
 from ...cosim.parameter_file import parameters_of
@@ -29,6 +30,9 @@ class ParameterSet:
 
     label: str
     files: tuple[Path, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "files", tuple(Path(file) for file in several.paths(self.files)))
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,11 @@ class Plan:
     stop_time: float | None = None
     step_size: float | None = None
     coupling: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", tuple(Path(file) for file in several.paths(self.parameters)))
+        for name in ("metrics", "success", *(("seed_names",) if self.seed_names is not None else ())):
+            object.__setattr__(self, name, several.names(name, getattr(self, name)))
 
     def sets(self) -> tuple[ParameterSet, ...]:
         """The parameter sets, one without files if the plan has none."""
