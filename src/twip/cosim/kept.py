@@ -21,6 +21,8 @@ MARKER = "twip-keeps-this-folder"
 """File beside the model description of an FMU in a folder that stays."""
 _NOTE = "This unpacked FMU is kept by twip for later runs. When no run uses it, the folder may be deleted.\n"
 _abandoned: set[pathlib.Path] = set()
+_compiled: set[pathlib.Path] = set()
+"""Folders that hold compiled code, or have nothing to compile."""
 
 
 class NotKeptError(Exception):
@@ -74,9 +76,13 @@ def abandon(folder: pathlib.Path) -> None:
 
 def awaits_compiling(folder: pathlib.Path) -> bool:
     """Tell whether the FMU in `folder` will compile its code: it looks for the marker, and nothing is compiled yet."""
-    if not (folder / MARKER).is_file() or any(folder.rglob("*.nbi")):
+    if folder in _compiled:
         return False
-    return any(MARKER.encode() in file.read_bytes() for file in (folder / "resources").rglob("*.py"))
+    awaits = (folder / MARKER).is_file() and not any(folder.rglob("*.nbi"))
+    awaits = awaits and any(MARKER.encode() in file.read_bytes() for file in (folder / "resources").rglob("*.py"))
+    if not awaits:
+        _compiled.add(folder)
+    return awaits
 
 
 def _intact(folder: pathlib.Path, archive: pathlib.Path) -> bool:
@@ -109,6 +115,7 @@ def _renew(folder: pathlib.Path, fmu: Fmu) -> None:
             raise TwipError(f"FMU {fmu.name} has changed since it was read")
         (fresh / MARKER).write_text(_NOTE, encoding="utf-8")
         if not _intact(folder, fmu.path):
+            _compiled.discard(folder)
             with contextlib.suppress(FileNotFoundError):
                 folder.rename(old)
             try:

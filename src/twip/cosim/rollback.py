@@ -45,10 +45,12 @@ def cannot_be_repeated(system: System, coupling: Coupling) -> list[str]:
     """Return a line for each component whose FMU cannot do what the coupling needs: go back, to repeat its
     steps, or take steps of different sizes.
     """
-    schedule = make_schedule(system, coupling)
+    if not coupling.repeats:
+        return []
     if coupling.control is not None:
         needed, why = list(range(len(system.components))), "variable steps need"
     else:
+        schedule = make_schedule(system, coupling)
         needed, why = [i for cycle in schedule.cycles for i in schedule.members(cycle)], "iterated coupling needs"
     lines = []
     for component in (system.components[i] for i in sorted(needed)):

@@ -90,7 +90,10 @@ class Run:
         self.clock = np.array([grid.start])
         self.reached = self._time_of(self.steps)
         self.variable: VariableSteps | None = None
-        plan = make_schedule(system, self.coupling, self.inputs.columns.tolist())
+        driven = self.inputs.columns.tolist()
+        plan = make_schedule(system, self.coupling, driven)
+        in_order = self.coupling.name == "gauss-seidel" and not self.coupling.order
+        self._first_pass = plan if in_order else make_schedule(system, Coupling("gauss-seidel"), driven)
         self.faults = Faults(self.scenario.faults, plan)
         self.schedule: Schedule = self.faults.schedule
         self._isolation = None if self.time_limit is None else Isolation(self.schedule, self.time_limit)
@@ -172,7 +175,7 @@ class Run:
         self.warnings += (
             warnings := initialize(
                 system,
-                make_schedule(system, Coupling("gauss-seidel"), columns),
+                self._first_pass,
                 self.instances,
                 ports,
                 self.values,

@@ -4,6 +4,7 @@ import pathlib
 from collections.abc import Callable
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from .archive import Workspace, unpack
 from .fmu import Fmu, Variable
@@ -97,12 +98,12 @@ class System:
     """Where the start values come from; further ones go on top."""
     _unpacked: dict[pathlib.Path, pathlib.Path] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def columns(self) -> list[str]:
         """Names of the recorded columns: `component.variable`, a connector of the outermost system by its bare name."""
         return columns(self.channels)
 
-    @property
+    @cached_property
     def first_column(self) -> dict[str, int]:
         """Index of each channel's first column."""
         first, result = 0, {}
