@@ -2,6 +2,7 @@
 (`isolation`).
 """
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from .values import StartValue
@@ -61,6 +62,9 @@ class PortsFace(Protocol):
 
     def forget_inputs(self) -> None:
         """Set all inputs next time: the instance has been put back."""
+
+    def get_some(self, columns: Sequence[int]) -> None:
+        """Read the outputs with these columns into the vector."""
 
     def ask_outputs(self) -> None:
         """Announce that `get_outputs` comes next, so that an instance of its own process begins with what is due."""

@@ -5,8 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..errors import TwipError
+from .connection_copy import copy_value
 from .execution import Vector
 from .face import InstanceFace, PortsFace
+from .first_values import read_in_order
 from .fixed_point import Acceleration
 from .problems import Place
 from .schedule import Schedule
@@ -22,15 +24,9 @@ _TOLERANCE = 1e-12
 
 def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: list[int]) -> None:
     """Do the copies of one stage; those whose table does not have their value are not done, but added to `refused`."""
-    for i in range(schedule.stage_copies[stage], schedule.stage_copies[stage + 1]):
-        value = schedule.factor[i] * values[schedule.source[i]] + schedule.offset[i]
-        if i in schedule.mappings:
-            mapped = schedule.mappings[i](int(value))
-            if mapped is None:
-                refused.append(i)
-                continue
-            value = float(mapped)
-        values[schedule.destination[i]] = value
+    for copy in range(schedule.stage_copies[stage], schedule.stage_copies[stage + 1]):
+        if not copy_value(schedule, copy, values):
+            refused.append(copy)
 
 
 def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, InstanceFace], values: Vector) -> list[str]:
@@ -65,7 +61,7 @@ def initialize(
     """Set start values, propagate outputs to inputs until nothing changes, leave initialization mode; the vector then
     holds row 0.
 
-    `schedule` must be the Gauss–Seidel one: without an algebraic loop one pass settles everything. `driven` holds the
+    `schedule` must be the Gauss–Seidel one: its order has what feeds a component before it. `driven` holds the
     values at the start time of the columns that the caller's inputs write. Returns warnings: the signals of a loop that
     does not settle.
     """
@@ -80,6 +76,7 @@ def initialize(
             values[connector.column] = connector.mirrored.inverse(values[connector.mirrored.destination])
     for column, value in driven.items():
         values[column] = value
+    read_in_order(system, schedule, ports, values)
     stages = len(schedule.stage_order) - 1
     nominal = [v.nominal for c in system.components for v in c.inputs + c.outputs]
     changing: list[int] = []

@@ -16,6 +16,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -63,6 +64,7 @@ _ACTIONS = {
     "read_inputs": "getting the inputs",
     "set_inputs": "setting the inputs",
     "get_outputs": "getting the outputs",
+    "get_some": "getting the outputs",
     "close": "termination",
 }
 
@@ -200,6 +202,13 @@ class IsolatedInstance:
     def step(self, time: float, step_size: float) -> None:
         """Advance the instance from `time` by `step_size`, both in s, together with what follows."""
         self._step_at, self._begin, self._size = self._time, time, step_size
+
+    def get_some(self, columns: Sequence[int]) -> None:
+        """Set the inputs if that is due, and read the outputs with these columns into the vector."""
+        if not math.isnan(self._set_at):
+            self._call("ports", "set_inputs")
+            self._set_at = math.nan
+        self._call("ports", "get_some", list(columns))
 
     def ask_outputs(self) -> None:
         """Let the process do what is due and read all outputs; `get_outputs` waits for it."""

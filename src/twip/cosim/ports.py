@@ -6,6 +6,7 @@ What is set on the FMU is what the vector then holds: the value of a Float32 inp
 
 import ctypes
 import math
+from collections.abc import Sequence
 from typing import NoReturn
 
 from .component import Instance
@@ -71,7 +72,7 @@ class Ports:
 
     def __init__(self, ports: ComponentPorts, instance: Instance, values: Vector):
         self.instance = instance
-        self._values = values
+        self._plan, self._values = ports, values
         self.inputs = [InputGroup(group, instance) for group in ports.inputs]
         self.outputs = [OutputGroup(group, instance, values) for group in ports.outputs]
         self._input_values = [OutputGroup(group, instance, values) for group in ports.inputs]
@@ -136,6 +137,14 @@ class Ports:
         if misfit(group.type, value):
             self.refuse_input(group)
         return value if group.rounded else int(value)
+
+    def get_some(self, columns: Sequence[int]) -> None:
+        """Read the outputs with these columns into the vector."""
+        wanted = set(columns)
+        if len(wanted) == sum(group.size for group in self.outputs):
+            return self.get_outputs()
+        parts = [part for group in self._plan.outputs for part in group.parts(wanted)]
+        return self._get([OutputGroup(part, self.instance, self._values) for part in parts])
 
     def ask_outputs(self) -> None:
         """Do nothing: what was due is done already."""

@@ -13,7 +13,7 @@ ends: then it gets its inputs and goes from where it is to the end of that step.
 Iterated coupling has stages like Gauss–Seidel, components of a cycle one after the other; these stages are repeated.
 """
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -44,6 +44,16 @@ class Group:
     """Columns of each variable, (n,): more than 1 for an array."""
     names: tuple[str, ...]
     """By column."""
+
+    def parts(self, wanted: Container[int]) -> "Iterator[Group]":
+        """Return the variables that begin at one of the `wanted` columns, those side by side together."""
+        begins = np.cumsum([0, *self.sizes])[:-1]
+        chosen = [i for i, begin in enumerate(begins.tolist()) if self.first + begin in wanted]
+        for _, run in groupby(enumerate(chosen), lambda item: item[1] - item[0]):
+            which = [i for _, i in run]
+            begin, size = int(begins[which[0]]), int(self.sizes[which].sum())
+            names = self.names[begin : begin + size]
+            yield Group(self.type, self.first + begin, self.references[which], self.sizes[which], names)
 
 
 @dataclass(frozen=True)
