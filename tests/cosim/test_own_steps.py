@@ -189,3 +189,32 @@ def test_what_a_file_proposes_wrongly_is_named_with_its_line(pair):
         f"own step: there is no component c {step_c}",
         f"own step -1.0 s of a must be a positive number {step_a}",
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('kind = "bias"\nvalue = 1\nstart = 0.04\nstop = 0.06', "begins and ends between two steps of b, it would do"),
+        (
+            'kind = "delay"\ndelay = 0.02',
+            "delay = 0.02 s must be a whole multiple of the step of b, 4 communication steps",
+        ),
+    ],
+)
+def test_faults_that_the_steps_of_a_component_leave_no_room_for_are_refused(pair, text, problem):
+    (pair.parent / "s.toml").write_text(f'[[faults]]\nsignal = "b.u"\n{text}\n')
+    given = {"step_size": 0.01, "own_steps": {"b": 0.04}, "scenario": pair.parent / "s.toml"}
+    with pytest.raises(TwipError, match=rf"faults\[0\].*{problem}.*\(s.toml line 2\)"):
+        run(pair, **given)
+    (pair.parent / "s.toml").write_text(f'[[faults]]\nsignal = "a.u"\n{text}\n')
+    run(pair, **given)
+
+
+def test_a_fault_acts_in_the_steps_of_its_component(pair, loop):
+    """b takes a.x at 0.04, 0.08, …; from 0.04 to 0.08 s lies its step that ends at 0.08 s."""
+    (pair.parent / "s.toml").write_text(
+        '[[faults]]\nsignal = "b.u"\nkind = "bias"\nvalue = 10\nstart = 0.04\nstop = 0.08\n'
+    )
+    given = {"step_size": 0.01, "stop_time": 0.2, "own_steps": {"b": 0.04}, "coupling": "gauss-seidel", "loop": loop}
+    faulty = run(pair, scenario=pair.parent / "s.toml", **given)
+    assert (faulty["b.u"] + faulty["a.x"] > 9.0).tolist() == [8 <= k < 12 for k in range(21)]

@@ -146,6 +146,18 @@ def test_noise_is_seeded_and_has_its_deviation(path):
     assert not np.isin((other["g.u"] - other["a.x"])[1:], noise).any()
 
 
+def test_two_random_faults_of_one_signal_with_one_seed_are_independent(path):
+    """Twice the same noise would have twice its deviation, not the square root of two times."""
+    twice = fault("noise", deviation=0.5) + fault("noise", deviation=0.5)
+    table, _ = run(path, twice, stop_time=256.0, loop="python")
+    noise = (table["g.u"] - table["a.x"])[1:]
+    assert abs(noise.var() / 0.5 - 1.0) < 4 * np.sqrt(2 / 2048)
+    lost = fault("noise", deviation=0.5) + fault("dropout", probability=0.5)
+    table, _ = run(path, lost, stop_time=256.0, loop="python")
+    kept = (table["g.u"] - table["a.x"])[1:][np.diff(table["g.u"]) != 0.0]
+    assert abs(kept.var() / 0.25 - 1.0) < 4 * np.sqrt(2 / 1024)
+
+
 def test_a_random_dropout_loses_its_share_and_holds_the_last_value(path, loop):
     table, _ = run(path, fault("dropout", probability=0.25, seed=1), stop_time=128.0, loop=loop)
     got, sent = table["g.u"], table["a.x"]

@@ -98,6 +98,33 @@ def test_jumps_of_time_series_are_hit_exactly(parts):
     assert result.steps <= 20
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-8])
+def test_no_step_goes_across_a_pulse_that_is_linear_between_rows(parts, tolerance):
+    """x' = u with a trapezoid of area 0.1: corners are events as jumps are; a straight line of many rows has none."""
+    path = write(parts, system([component("a", "CosimIntegrator.fmu", "u> x<")]))
+    rows = [(t, 0.1 * t) for t in range(5)] + [(5, 0.5), (5.05, 1.5), (5.1, 1.5), (5.15, 0.5), (10, 0.5), (20, 0.5)]
+    (parts / "in.csv").write_text("time,a.u\n" + "".join(f"{t},{u}\n" for t, u in rows))
+    table, result = run(path, tolerance=tolerance, step_size=0.1, input_file=parts / "in.csv", stop_time=20.0)
+    assert {5.0, 5.05, 5.1, 5.15} <= set(table.times.tolist())
+    assert table["a.x"][-1] == pytest.approx(1.25 + 7.5 + 0.1, abs=2 * tolerance * result.steps)
+    assert 2.0 not in table.times
+    assert 10.0 not in table.times
+
+
+def test_a_parameter_may_change_twice_within_what_would_be_one_step(parts):
+    gain = edit_fmu(parts / "CosimGain.fmu", parts / "g.fmu", variables={"k": {"variability": "tunable"}}, state=True)
+    elements = [component("g", gain.name, "u> y<", reals(u=1.0)), component("a", "CosimIntegrator.fmu", "u> x<")]
+    path = write(parts, system(elements, [connection("g.y -> a.u")]))
+    change = '[[parameters]]\ntime = {}\nname = "g.k"\nvalue = {}\n'
+    (parts / "s.toml").write_text(change.format(0.11, 1) + change.format(0.15, 5))
+    given = {"coupling": "gauss-seidel", "tolerance": 1e-3, "step_size": 2.0, "scenario": parts / "s.toml"}
+    table, _ = run(path, **given)  # the first step may be longer than the run
+    assert table["a.x"][-1] == pytest.approx(2 * 0.11 + 1 * 0.04 + 5 * 0.85, abs=1e-14)  # roundings only
+    (parts / "s.toml").write_text(change.format(0.11, 1) * 2)
+    with pytest.raises(TwipError, match="follows another value at the same point"):
+        run(path, **given)
+
+
 def test_parameter_changes_are_hit_exactly_and_faults_refused(parts):
     """x' = k u: 1 before and 2 after the change."""
     gain = edit_fmu(parts / "CosimGain.fmu", parts / "g.fmu", variables={"k": {"variability": "tunable"}}, state=True)

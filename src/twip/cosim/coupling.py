@@ -72,7 +72,7 @@ class Coupling:
             control = Control(
                 chosen.tolerance,
                 SMALLEST * grid.step_size if smallest is None else smallest,
-                grid.stop - grid.start if largest is None else largest,
+                max(grid.stop - grid.start, grid.step_size) if largest is None else largest,
             )
             if not control.minimum <= grid.step_size:
                 problems.append(f"minimum step {control.minimum!r} s is above the first step {grid.step_size!r} s")

@@ -26,6 +26,8 @@ class TimeGrid:
     stop: float
     step_size: float
     steps: int
+    varies: bool = False
+    """Whether the steps are of variable size; then `step_size` is that of the first."""
 
     def times(self, first: int, count: int) -> NDArray[np.float64]:
         """Return the times of the points `first` to `first + count`: `start + k * step_size`, the last exactly
@@ -108,7 +110,7 @@ def time_grid(
             f"step size {step_size!r} s is below the resolution of time near {latest!r} s ({math.ulp(latest):.2g} s)"
         )
     if tolerance if tolerance is not None else proposed.algorithm.tolerance:
-        return TimeGrid(start, stop, step_size, max(1, math.ceil(ratio)))
+        return TimeGrid(start, stop, step_size, max(1, math.ceil(ratio)), varies=True)
     steps = round(ratio)
     if steps < 1 or abs(steps * step_size - (stop - start)) > _DIVIDES * (stop - start):
         raise TwipError(

@@ -67,7 +67,20 @@ class FaultEntries(Entries):
         text = "" if size is None else shown(entry[key]) if is_text else f"{size!r} {unit}".rstrip()
         delay = round(size / self.grid.step_size) if kind == "delay" and size is not None else 0
         signal = self.names[column]
-        return Fault(label, signal, kind, text, size, seed, targets, (times[0], times[1]), first, last, delay)
+        return Fault(
+            label,
+            signal,
+            kind,
+            text,
+            size,
+            seed,
+            targets,
+            (times[0], times[1]),
+            first,
+            last,
+            delay,
+            self._at(index, "signal"),
+        )
 
     def _signal(self, column: int) -> Signal:
         return [signal for channel in self.system.channels for signal in channel.signals][column]

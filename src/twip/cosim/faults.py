@@ -115,7 +115,7 @@ class Faults:
         elif fault.kind == "noise":
             plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0) * _normal(fault, step)
         elif fault.kind == "dropout":
-            if fault.size == 1.0 or _uniform(fault, step) < (fault.size or 0.0):
+            if fault.size == 1.0 or _generator(fault, step).random() < (fault.size or 0.0):
                 plan.factor[copy], plan.offset[copy] = 0.0, held
         else:
             plan.source[copy] = failing.past
@@ -177,13 +177,13 @@ def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
     return plan
 
 
-def _uniform(fault: Fault, step: int) -> float:
-    """Return a random number from 0 to 1 that depends on seed, signal and step alone."""
-    return random.Random(f"{fault.seed} {fault.signal} {step}").random()
+def _generator(fault: Fault, step: int) -> random.Random:
+    """Return what makes the random numbers of a step; they depend on seed, signal, place in the file and step alone."""
+    return random.Random(f"{fault.seed} {fault.signal} {fault.name} {step}")
 
 
 def _normal(fault: Fault, step: int) -> float:
-    """Return a normally distributed number (Box and Muller 1958) that depends on seed, signal and step alone."""
-    generator = random.Random(f"{fault.seed} {fault.signal} {step}")
+    """Return a normally distributed number (Box and Muller 1958)."""
+    generator = _generator(fault, step)
     radius = math.sqrt(-2.0 * math.log(1.0 - generator.random()))
     return radius * math.cos(2.0 * math.pi * generator.random())

@@ -26,6 +26,9 @@ from .values import cannot_travel, in_vector, parse_value
 EARLY = 1e-9
 """A time counts as reached within this share of a step before it, since `start + k * step` is rounded."""
 
+SAME_SLOPE = 1e-9
+"""Relative difference of slopes that counts as rounding."""
+
 RULES = {name: rule(name) for name in TYPES} | {"Real": "a finite number", "Boolean": "true, false, 1 or 0"}
 """What a value of a type must be."""
 
@@ -36,8 +39,8 @@ class Part(Protocol):
     def at(self, times: NDArray[np.float64], step_size: float) -> NDArray[np.float64]:
         """Return the values (len(times), columns) at `times` in s."""
 
-    def jumps(self) -> NDArray[np.float64]:
-        """Return the times in s at which a value jumps, as far as they are known beforehand."""
+    def events(self) -> NDArray[np.float64]:
+        """Return the times in s at which a value or its slope jumps, as far as they are known beforehand."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +63,15 @@ class Series:
         held = self.table[row]
         return np.where(self.linear, held + (self.table[after] - held) * share[:, None], held)
 
-    def jumps(self) -> NDArray[np.float64]:
-        """Return the times in s at which a value jumps."""
-        changed = self.table[1:] != self.table[:-1]
-        jumping = (changed & ((np.diff(self.times) == 0.0)[:, None] | ~self.linear)).any(axis=1)
-        times: NDArray[np.float64] = self.times[1:][jumping]
+    def events(self) -> NDArray[np.float64]:
+        """Return the times in s at which a value or its slope jumps."""
+        change, span = np.diff(self.table, axis=0), np.diff(self.times)[:, None]
+        jumping = (change != 0.0) & ((span == 0.0) | ~self.linear)
+        slope = np.where(self.linear, change, 0.0) / np.where(span > 0.0, span, np.inf)
+        none = np.zeros((1, len(self.linear)))
+        slope = np.vstack([none, slope, none])
+        bend = np.abs(np.diff(slope, axis=0)) > SAME_SLOPE * np.maximum(np.abs(slope[1:]), np.abs(slope[:-1]))
+        times: NDArray[np.float64] = self.times[(np.vstack([none > 0.0, jumping]) | bend).any(axis=1)]
         return times
 
 
@@ -82,9 +89,9 @@ class InputSeries:
         """Return the values (len(times), n) at `times` in s."""
         return np.hstack([np.zeros((len(times), 0)), *(part.at(times, step_size) for part in self.parts)])
 
-    def jumps(self) -> set[float]:
-        """Return the times in s at which a value jumps."""
-        return {time for part in self.parts for time in part.jumps().tolist()}
+    def events(self) -> set[float]:
+        """Return the times in s at which a value or its slope jumps."""
+        return {time for part in self.parts for time in part.events().tolist()}
 
     def __add__(self, other: "InputSeries") -> "InputSeries":
         texts = self.texts + tuple(len(self.columns) + i for i in other.texts)

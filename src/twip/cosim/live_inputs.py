@@ -54,7 +54,7 @@ class LiveInputs:
         with self._lock:
             return np.tile(self._values, (len(times), 1))
 
-    def jumps(self) -> NDArray[np.float64]:
+    def events(self) -> NDArray[np.float64]:
         """Return no times: nobody knows when a value will be set."""
         return np.zeros(0)
 

@@ -9,6 +9,7 @@ from ..errors import TwipError
 from .algorithm import Algorithm
 from .coupling import Coupling, find_problems
 from .experiment import TimeGrid, time_grid
+from .fault_timing import check_own_steps
 from .problems import Problems
 from .rollback import repeatable
 from .scenario import Scenario
@@ -51,6 +52,8 @@ def prepare(system: System, request: Request) -> Preparation:
     scenario = read_scenario(request.scenario, request.input_file, system, grid, problems)
     if coupling is not None and coupling.control is not None and scenario.faults:
         problems.add("faults of the scenario need equal steps, but with a tolerance they vary")
+    if coupling is not None:
+        check_own_steps(system, coupling, scenario, problems)
     problems.raise_any()
     if grid is None or coupling is None:
         raise RuntimeError("a run without times or coupling has problems")

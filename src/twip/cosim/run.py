@@ -263,11 +263,11 @@ class Run:
         return loop
 
     def _advance_freely(self, execution: Execution) -> None:
-        """Go with variable steps from event to event: jumps of the inputs and parameter changes."""
+        """Go with variable steps from event to event: jumps and corners of the inputs, and parameter changes."""
         loop = VariableLoop(execution, self.grid, self.coupling, self.system, self.inputs)
         self.variable = loop.steps
         changes = list(self.scenario.changes)
-        for until in self.grid.events(self.inputs.jumps() | {change.time for change in changes}):
+        for until in self.grid.events(self.inputs.events() | {change.time for change in changes}):
             self.clock[0] = loop.time
             while changes and changes[0].time < loop.time + self.grid.resolution:
                 self._set(changes.pop(0))

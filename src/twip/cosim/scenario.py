@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from .experiment import TimeGrid
 from .inputs import EARLY, NO_INPUTS, InputSeries
 from .links import Conversion
+from .problems import Place
 from .values import StartValue
 
 
@@ -43,6 +44,8 @@ class Fault:
     last: int
     delay: int = 0
     """In steps."""
+    place: Place | None = None
+    """Where it is asked for."""
 
     def __str__(self) -> str:
         size = self.text

@@ -53,11 +53,12 @@ class _Reader(Entries):
         self.known(content, {"description", "input_file", "inputs", "parameters", "faults"})
         inputs = self._inputs(content, folder, given)
         changes = [c for i, entry in self._entries(content, "parameters") if (c := self._change(i, entry)) is not None]
-        twice: set[tuple[int, str]] = set()
+        twice: set[tuple[float, str]] = set()
         for change in changes:
-            if (change.step, change.name) in twice:
+            at = change.time if self.grid is not None and self.grid.varies else change.step
+            if (at, change.name) in twice:
                 self.problems.add(f"{change} follows another value at the same point", change.value.place)
-            twice.add((change.step, change.name))
+            twice.add((at, change.name))
         driven, reader = set(inputs.columns.tolist()), FaultEntries(self.file, self.system, self.grid, self.problems)
         entries = self._entries(content, "faults")
         faults = [fault for i, entry in entries if (fault := reader.read(i, entry, driven)) is not None]
