@@ -2,7 +2,7 @@
 
 import pathlib
 
-from .document import Element, Reader, name_of
+from .document import Element, Reader
 from .problems import Problems
 from .source import read_file, read_within
 from .ssm import ParameterMapping, read_parameter_mapping
@@ -12,22 +12,23 @@ from .structure import Binding, Document, Outside
 
 def read_bindings(reader: Reader, element: Element, document: Document, of_component: bool = False) -> list[Binding]:
     """Read the `ParameterBindings` of a component or system."""
-    container = reader.child(element, "ParameterBindings")
     bindings: list[Binding] = []
-    for item in () if container is None else reader.children(container, {"ParameterBinding"}):
+    for item in reader.listed(element, "ParameterBindings", {"ParameterBinding"}):
         reader.attributes(item, {"type", "source", "sourceBase", "prefix"})
         inside = reader.child(item, "ParameterValues")
         values = read_outside(
             reader, item, inside, "parameter binding", "application/x-ssp-parameter-set", "ParameterSet", of_component
         )
-        mapping = None
+        mapping, mapped = None, reader.child(item, "ParameterMapping")
+        if mapped is not None:
+            reader.attributes(mapped, {"type", "source", "sourceBase"})
+            mapping = read_outside(
+                reader, mapped, mapped, "parameter mapping", "application/x-ssp-parameter-mapping", "ParameterMapping",
+                of_component,
+            )  # fmt: skip
         for child in reader.children(item, {"ParameterValues", "ParameterMapping"}):
-            if name_of(child) == "ParameterMapping":
-                reader.attributes(child, {"type", "source", "sourceBase"})
-                mapping = read_outside(
-                    reader, child, child, "parameter mapping", "application/x-ssp-parameter-mapping",
-                    "ParameterMapping", of_component,
-                )  # fmt: skip
+            if child is inside:
+                reader.attributes(child, set())
         bindings.append(Binding(item.get("prefix", ""), values, mapping, document))
     return bindings
 

@@ -25,7 +25,7 @@ METADATA_ATTRIBUTES = frozenset(
 )
 
 IGNORED_WITH_WARNING = frozenset({"MetaData", "Signature"})
-"""Elements of SSP 2.0 that a tool may ignore."""
+"""Elements of SSP 2.0 that a tool may ignore; `warn_of_ignored` names them, as it does annotations."""
 
 Element = etree._Element
 
@@ -70,32 +70,53 @@ class Reader:
         return Place(self.file, line)
 
     def children(self, element: Element, read: Set[str], ignored: Set[str] = frozenset()) -> Iterator[Element]:
-        """Yield the children named in `read`; those in `ignored` have no effect on a simulation; others are problems.
-
-        Annotations of others, meta data and signatures, which a tool may ignore, are warned of.
-        """
+        """Yield the children named in `read`; those in `ignored` have no effect on a run; others are problems."""
         for child in element:
             if not isinstance(child.tag, str):
                 continue
             name = name_of(child)
             if name in read:
                 yield child
-            elif name == "Annotations":
-                self._pass_annotations(child)
-            elif name in IGNORED_WITH_WARNING:
-                self.problems.warn(f"{name} of {name_of(element)} is ignored", self.place(child))
-            elif name not in ignored:
+            elif name not in {"Annotations", *ignored, *IGNORED_WITH_WARNING}:
                 self.problems.add(f"{name} in {name_of(element)} is not supported", self.place(child))
 
-    def _pass_annotations(self, element: Element) -> None:
-        for annotation in self.children(element, {"Annotation"}):
-            kind = self.required(annotation, "type")
-            if kind != ANNOTATION:
-                self.problems.warn(f"annotations of type {kind} are ignored", self.place(annotation))
+    def leaf(self, element: Element, known: Set[str]) -> None:
+        """Report every attribute that is not `known`, as `attributes` does, and every child."""
+        self.attributes(element, known)
+        for _ in self.children(element, set()):
+            pass
+
+    def warn_of_ignored(self, element: Element, proposing: bool) -> None:
+        """Name everything inside `element` that a tool may ignore and this one does, wherever it stands: annotations of
+        others, meta data, signatures. Our own annotations have a meaning in a `proposing` document only.
+        """
+        for child in element.iterchildren("{*}*"):
+            name = name_of(child)
+            if name == "Annotations":
+                for annotation in self.children(child, {"Annotation"}):
+                    kind = self.required(annotation, "type")
+                    if kind != ANNOTATION:
+                        self.problems.warn(f"annotations of type {kind} are ignored", self.place(annotation))
+                    elif not proposing:
+                        self.problems.add(f"annotation {ANNOTATION} has no meaning here", self.place(annotation))
+            elif name in IGNORED_WITH_WARNING:
+                self.problems.warn(f"{name} of {name_of(element)} is ignored", self.place(child))
+            else:
+                self.warn_of_ignored(child, proposing)
 
     def child(self, element: Element, name: str) -> Element | None:
-        """Return the first child called `name`."""
-        return next((c for c in element if isinstance(c.tag, str) and name_of(c) == name), None)
+        """Return the child called `name`; a second one is a problem."""
+        found = [child for child in element if isinstance(child.tag, str) and name_of(child) == name]
+        for more in found[1:]:
+            self.problems.add(f"{name_of(element)} has more than one {name}", self.place(more))
+        return found[0] if found else None
+
+    def listed(self, element: Element, container: str, read: Set[str]) -> Iterator[Element]:
+        """Yield the children named in `read` of the child called `container`, if there is one; it has no attributes."""
+        found = self.child(element, container)
+        if found is not None:
+            self.attributes(found, set())
+            yield from self.children(found, read)
 
     def attributes(self, element: Element, known: Set[str]) -> None:
         """Report every attribute that is neither in `known` nor purely descriptive."""

@@ -37,6 +37,7 @@ def read_system(reader: Reader, element: Element, document: Document) -> SystemE
         read_bindings(reader, element, document),
     )
     for child in reader.children(element, {"Elements", "Connections", "SignalDictionaries"}, GRAPHICAL | _COMMON):
+        reader.attributes(child, set())
         if name_of(child) == "Connections":
             system.connections += [_read_connection(reader, c) for c in reader.children(child, {"Connection"})]
         elif name_of(child) == "SignalDictionaries":
@@ -111,9 +112,8 @@ def _read_component(reader: Reader, element: Element, document: Document) -> Com
 
 
 def _read_connectors(reader: Reader, element: Element, kinds: tuple[str, ...]) -> list[Connector]:
-    container = reader.child(element, "Connectors")
     connectors: list[Connector] = []
-    for item in () if container is None else reader.children(container, {"Connector"}):
+    for item in reader.listed(element, "Connectors", {"Connector"}):
         reader.attributes(item, {"name", "kind"})
         name, kind = reader.required(item, "name"), reader.required(item, "kind")
         owner = f"connector {element.get('name')}.{name}"
@@ -129,6 +129,8 @@ def _read_connectors(reader: Reader, element: Element, kinds: tuple[str, ...]) -
             elif name_of(value) == "Clock" and typed:
                 reader.problems.add(f"{owner}: the association with a Clock is not supported", reader.place(value))
             else:
+                if typed:
+                    reader.problems.add(f"{owner}: has more than one type", reader.place(value))
                 type_, typed = read_type(reader, value, owner), True
         connectors.append(Connector(name, kind, type_, tuple(dimensions), reader.place(item)))
     names = {connector.name for connector in connectors}
@@ -145,7 +147,7 @@ def _read_connectors(reader: Reader, element: Element, kinds: tuple[str, ...]) -
 
 def read_dimension(reader: Reader, element: Element) -> Dimension:
     """Read a `Dimension` element of SSP 2.0."""
-    reader.attributes(element, {"size", "sizeConnector"})
+    reader.leaf(element, {"size", "sizeConnector"})
     if element.get("size") is None:
         return Dimension(None, element.get("sizeConnector"))
     if element.get("sizeConnector") is not None:

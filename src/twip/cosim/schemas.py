@@ -11,7 +11,7 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from .document import Element, Reader
+from .document import Element, Reader, name_of
 from .problems import Place, Problems
 
 _VERSION = re.compile(r"([12])\.([0-9]+)(-.*)?")
@@ -41,7 +41,31 @@ def _schema(folder: pathlib.Path, name: str) -> etree.XMLSchema | None:
     return etree.XMLSchema(etree.parse(file)) if file.is_file() else None
 
 
-def valid(root: Element, schema: str, file: str, problems: Problems) -> bool:
+_ROOTS = {
+    "SystemStructureDescription": "SystemStructureDescription",
+    "ParameterSet": "SystemStructureParameterValues",
+    "ParameterMapping": "SystemStructureParameterMapping",
+    "SignalDictionary": "SystemStructureSignalDictionary",
+}
+"""The schema of a document by the name of its outermost element."""
+
+
+def opened(root: Element, name: str, file: str, problems: Problems) -> Reader | None:
+    """Return a reader for a document that stands alone or inside another one, None when it is no valid `name`.
+
+    What the document holds and nobody here uses is warned of.
+    """
+    reader = Reader(file, problems)
+    if name_of(root) != name:
+        problems.add(f"expected a {name}, found {name_of(root)}", reader.place(root))
+        return None
+    if not _valid(root, _ROOTS[name], file, problems):
+        return None
+    reader.warn_of_ignored(root, proposing=name == "SystemStructureDescription")
+    return reader
+
+
+def _valid(root: Element, schema: str, file: str, problems: Problems) -> bool:
     """Validate a document against the schema called `schema` (without extension); True where that cannot be done.
 
     A later minor version may only add what can be ignored (SSP 1.0 section 2.2): it is read as the version known.

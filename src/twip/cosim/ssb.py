@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from .document import METADATA_ATTRIBUTES, Element, Reader, name_of
+from .document import METADATA_ATTRIBUTES, Element, name_of
 from .problems import Place, Problems
-from .schemas import valid
+from .schemas import opened
 from .units import Unit, read_units
 from .value_types import TYPE_ELEMENTS, Enumeration, TypeChoice, read_enumerations, read_type
 
@@ -29,11 +29,8 @@ class SignalDictionary:
 
 def read_signal_dictionary(root: Element, file: str, problems: Problems) -> SignalDictionary | None:
     """Read a `SignalDictionary` element that stands alone or inside an SSD; None when it is invalid."""
-    reader = Reader(file, problems)
-    if name_of(root) != "SignalDictionary":
-        problems.add(f"expected a SignalDictionary, found {name_of(root)}", reader.place(root))
-        return None
-    if not valid(root, "SystemStructureSignalDictionary", file, problems):
+    reader = opened(root, "SignalDictionary", file, problems)
+    if reader is None:
         return None
     reader.attributes(root, {"version", *METADATA_ATTRIBUTES})
     entries: dict[str, Entry] = {}
@@ -45,6 +42,8 @@ def read_signal_dictionary(root: Element, file: str, problems: Problems) -> Sign
             if name_of(value) == "Dimension":
                 problems.add(f"dictionary entry {name}: arrays are not supported", reader.place(value))
             else:
+                if type_ is not None:
+                    problems.add(f"dictionary entry {name} has more than one type", reader.place(value))
                 type_ = read_type(reader, value, f"dictionary entry {name}")
         if type_ is None:
             problems.add(f"dictionary entry {name} has no type", place)

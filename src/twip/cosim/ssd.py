@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 
 from .algorithm import Algorithm, read_algorithm
-from .document import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader, name_of
+from .document import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
 from .elements import read_system
 from .problems import Problems
-from .schemas import valid
+from .schemas import opened
 from .source import Location
 from .structure import Document, SystemElement
 from .units import read_units
@@ -34,11 +34,8 @@ class Description:
 
 def read_description(root: Element, location: Location, problems: Problems) -> Description | None:
     """Turn the XML of an SSD into data; None when it cannot be one. What it says and nobody here reads is a problem."""
-    reader = Reader(location.name, problems)
-    if name_of(root) != "SystemStructureDescription":
-        problems.add(f"expected a SystemStructureDescription, found {name_of(root)}", reader.place(root))
-        return None
-    if not valid(root, "SystemStructureDescription", location.name, problems):
+    reader = opened(root, "SystemStructureDescription", location.name, problems)
+    if reader is None:
         return None
     reader.attributes(root, {"version", "name", *METADATA_ATTRIBUTES})
     for _ in reader.children(root, {"System"}, {"Enumerations", "Units", "DefaultExperiment"}):
@@ -59,7 +56,7 @@ def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
     hosts = [root, top]
     if experiment is not None:
         hosts.insert(0, experiment)
-        reader.attributes(experiment, {"startTime", "stopTime"})
+        reader.leaf(experiment, {"startTime", "stopTime"})
         start, stop = reader.number(experiment, "startTime"), reader.number(experiment, "stopTime")
     known = [reader.child(host, "Annotations") for host in hosts]
     for annotation in root.iter("{*}Annotation"):

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from .document import METADATA_ATTRIBUTES, Element, Reader, name_of
+from .document import METADATA_ATTRIBUTES, Element
 from .problems import Place, Problems
-from .schemas import valid
+from .schemas import opened
 from .transformation import TRANSFORMATIONS, Transformation, read_transformation
 
 
@@ -28,11 +28,8 @@ class ParameterMapping:
 
 def read_parameter_mapping(root: Element, file: str, problems: Problems) -> ParameterMapping | None:
     """Read a `ParameterMapping` element that stands alone or inside an SSD; None when it is invalid."""
-    reader = Reader(file, problems)
-    if name_of(root) != "ParameterMapping":
-        problems.add(f"expected a ParameterMapping, found {name_of(root)}", reader.place(root))
-        return None
-    if not valid(root, "SystemStructureParameterMapping", file, problems):
+    reader = opened(root, "ParameterMapping", file, problems)
+    if reader is None:
         return None
     reader.attributes(root, {"version", *METADATA_ATTRIBUTES})
     entries: dict[str, MappingEntry] = {}
@@ -40,6 +37,8 @@ def read_parameter_mapping(root: Element, file: str, problems: Problems) -> Para
         reader.attributes(element, {"source", "target", "suppressUnitConversion"})
         transformation = None
         for item in reader.children(element, TRANSFORMATIONS):
+            if transformation is not None:
+                problems.add("a mapping entry has more than one transformation", reader.place(item))
             transformation = read_transformation(reader, item)
         entry = MappingEntry(
             reader.required(element, "source"),

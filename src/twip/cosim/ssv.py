@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from .document import METADATA_ATTRIBUTES, Element, Reader, name_of
 from .problems import Place, Problems
-from .schemas import valid
+from .schemas import opened
 from .source import read_file
 from .units import Unit, read_units
 from .value_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
@@ -46,16 +46,14 @@ def read_parameter_file(
 
 def read_parameter_set(root: Element, file: str, problems: Problems) -> ParameterSet | None:
     """Read a `ParameterSet` element that stands alone or inside an SSD; None when it is invalid."""
-    reader = Reader(file, problems)
-    if name_of(root) != "ParameterSet":
-        problems.add(f"expected a ParameterSet, found {name_of(root)}", reader.place(root))
-        return None
-    if not valid(root, "SystemStructureParameterValues", file, problems):
+    reader = opened(root, "ParameterSet", file, problems)
+    if reader is None:
         return None
     reader.attributes(root, {"version", "name", *METADATA_ATTRIBUTES})
     enumerations = read_enumerations(reader, root)
     parameters: dict[str, list[Parameter]] = {}
     for container in reader.children(root, {"Parameters"}, {"Enumerations", "Units"}):
+        reader.attributes(container, set())
         for element in reader.children(container, {"Parameter"}):
             reader.attributes(element, {"name"})
             name = reader.required(element, "name")
@@ -74,7 +72,7 @@ def _read_parameter(
         if name_of(child) != "Dimension":
             values.append(child)
             continue
-        reader.attributes(child, {"size"})
+        reader.leaf(child, {"size"})
         size = reader.integer(child, "size")
         shape.append(1 if size is None else size)
     if len(values) != 1:
@@ -106,7 +104,10 @@ def _indices(shape: list[int]) -> "itertools.product[tuple[int, ...]]":
 
 def _texts(reader: Reader, value: Element, name: str, array: bool) -> list[str] | None:
     """Return the written values: one, or those of an array in row-major order (SSP 2.0 section 6.2)."""
-    inner = [item.get("value") for item in reader.children(value, {"Value"})]
+    items = list(reader.children(value, {"Value"}))
+    for item in items:
+        reader.leaf(item, {"value"})
+    inner = [item.get("value") for item in items]
     text = value.get("value")
     if (text is None) == (not inner) or None in inner:
         reader.problems.add(f"parameter {name} has no value or more than one", reader.place(value))

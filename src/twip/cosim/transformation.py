@@ -82,15 +82,13 @@ def read_transformation(reader: Reader, element: Element) -> Transformation:
     kind = _KINDS[name_of(element)]
     affine, names, numbers = IDENTITY, dict[str, str](), dict[int, int]()
     if kind == "linear":
-        reader.attributes(element, {"factor", "offset"})
+        reader.leaf(element, {"factor", "offset"})
         factor, offset = reader.number(element, "factor", 1.0), reader.number(element, "offset", 0.0)
         affine = Affine(1.0 if factor is None else factor, offset or -0.0)
-        for _ in reader.children(element, set()):
-            pass
         return Transformation(kind, affine, names, numbers, reader.place(element))
     reader.attributes(element, set())
     for entry in reader.children(element, {"MapEntry"}):
-        reader.attributes(entry, {"source", "target"})
+        reader.leaf(entry, {"source", "target"})
         text = reader.required(entry, "source")
         if kind == "enumeration":
             twice = text in names

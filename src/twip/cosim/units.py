@@ -83,17 +83,15 @@ def lookup(name: str | None, *definitions: Mapping[str, Unit]) -> Unit | None:
 def read_units(reader: Reader, parent: Element) -> dict[str, Unit]:
     """Read the `Units` element of an SSD or SSV document, if `parent` has one."""
     units: dict[str, Unit] = {}
-    container = reader.child(parent, "Units")
-    if container is None:
-        return units
-    for element in reader.children(container, {"Unit"}):
+    for element in reader.listed(parent, "Units", {"Unit"}):
         reader.attributes(element, {"name"})
         name = reader.required(element, "name")
-        base = next(reader.children(element, {"BaseUnit"}), None)
-        if base is None:
-            reader.problems.add(f"unit {name} has no BaseUnit", reader.place(element))
+        bases = list(reader.children(element, {"BaseUnit"}))
+        if len(bases) != 1:
+            reader.problems.add(f"unit {name} has {'more than one' if bases else 'no'} BaseUnit", reader.place(element))
             continue
-        reader.attributes(base, {*BASE_UNITS, "factor", "offset"})
+        base = bases[0]
+        reader.leaf(base, {*BASE_UNITS, "factor", "offset"})
         if name in units:
             reader.problems.add(f"unit {name} is defined twice", reader.place(element))
         powers = [reader.number(base, symbol, 0.0) or 0.0 for symbol in BASE_UNITS]

@@ -76,7 +76,7 @@ def read_type(reader: Reader, element: Element, owner: str) -> TypeChoice:
     if name in REFUSED:
         reader.problems.add(f"{owner}: type {name} is not supported", reader.place(element))
         return TypeChoice()
-    reader.attributes(element, {"Real": {"unit"}, "Enumeration": {"name"}}.get(family(name), set()))
+    reader.leaf(element, {"Real": {"unit"}, "Enumeration": {"name"}}.get(family(name), set()))
     return TypeChoice(
         canonical(name), element.get("unit"), reader.required(element, "name") if name == "Enumeration" else None
     )
@@ -85,13 +85,12 @@ def read_type(reader: Reader, element: Element, owner: str) -> TypeChoice:
 def read_enumerations(reader: Reader, parent: Element) -> dict[str, Enumeration]:
     """Read the `Enumerations` element of a document, if `parent` has one."""
     found: dict[str, Enumeration] = {}
-    container = reader.child(parent, "Enumerations")
-    for element in () if container is None else reader.children(container, {"Enumeration"}):
+    for element in reader.listed(parent, "Enumerations", {"Enumeration"}):
         reader.attributes(element, {"name"})
         name = reader.required(element, "name")
         items: dict[str, int] = {}
         for item in reader.children(element, {"Item"}):
-            reader.attributes(item, {"name", "value"})
+            reader.leaf(item, {"name", "value"})
             label, value = reader.required(item, "name"), reader.integer(item, "value")
             if label in items:
                 reader.problems.add(f"enumeration {name}: item {label} is there twice", reader.place(item))
