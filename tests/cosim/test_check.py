@@ -1,7 +1,23 @@
 """`twip check`: what it says of systems, FMUs and parameter sets, and its exit status."""
 
+import shutil
+
 import pytest
-from ssp_writer import bind, component, connection, edit_fmu, linear, parameter_set, system, write
+from ssp_writer import (
+    bind,
+    component,
+    connection,
+    dictionary,
+    edit_fmu,
+    line_of,
+    linear,
+    mapping,
+    parameter_mapping,
+    parameter_set,
+    system,
+    units,
+    write,
+)
 
 from twip.cli import main
 
@@ -119,3 +135,70 @@ def test_a_scenario_is_checked_with_its_system_only(capsys, name, option):
     status, _, wrong = check(capsys, name)
     assert status == 1
     assert wrong == [f"twip: {name} can be checked with its system only: twip check SYSTEM {option} {name}"]
+
+
+def test_a_parameter_mapping_is_described(tmp_path, capsys):
+    table = mapping("Integer", {1: 2, 3: 4})
+    entries = [("a", "x.k"), ("b", "x.u", linear(2.0, -1.0)), ("c", "x.n", table)]
+    (tmp_path / "m.ssm").write_text(parameter_mapping(entries))
+    assert check(capsys, tmp_path / "m.ssm") == (0, [
+        "parameter mapping   m.ssm, 3 entries",
+        "  a                 → x.k",
+        "  b                 → x.u, times 2 plus -1",
+        "  c                 → x.n, by a table of 2 integer values", "nothing is wrong",
+    ], [])  # fmt: skip
+
+
+def test_a_wrong_parameter_mapping_is_refused_with_every_line(tmp_path, capsys):
+    path = tmp_path / "m.ssm"
+    table = mapping("Boolean", {"true": "true", "1": "0"})
+    path.write_text(parameter_mapping([("a", "k"), ("b", "k"), ("c", "l", table)]))
+    again, twice = (line_of(path, f'source="{name}"') for name in "bc")
+    status, said, wrong = check(capsys, path)
+    assert (status, said) == (1, [])
+    assert wrong == [
+        f"twip: two parameters are mapped to k (m.ssm line {again})",
+        f"twip: the mapping has two entries for 1 (m.ssm line {twice})",
+    ]
+
+
+def test_a_signal_dictionary_is_described(tmp_path, capsys):
+    path = tmp_path / "d.ssb"
+    path.write_text(dictionary({"s": '<ssc:Real unit="m"/>', "t": "<ssc:Boolean/>"}, units("m m=1", "ssb")))
+    assert check(capsys, path) == (0, [
+        "signal dictionary   d.ssb, 2 signals", "  s                 Real in m", "  t                 Boolean",
+        "nothing is wrong",
+    ], [])  # fmt: skip
+    path.write_text(path.read_text().replace("<ssc:Boolean/>", "<ssc:Complex/>"))
+    status, _, wrong = check(capsys, path)
+    assert status == 1
+    assert f"(d.ssb line {line_of(path, 'Complex')})" in wrong[0]
+
+
+@pytest.mark.parametrize("name", ["none.ssv", "none.ssm", "none.ssb", "none.fmu"])
+def test_a_file_that_is_not_there_is_refused_in_one_line(tmp_path, capsys, name):
+    status, said, wrong = check(capsys, tmp_path / name)
+    assert (status, said, len(wrong)) == (1, [], 1)
+
+
+@pytest.mark.parametrize("ending", ["ssv", "ssm", "ssb", "fmu", "csv", "toml", "mcap", "SSV"])
+def test_what_is_no_system_is_called_by_its_name(tmp_path, capsys, ending):
+    path = tmp_path / f"c.{ending}"
+    path.write_text("<nothing/>")
+    assert main(["run", str(path)]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert f"c.{ending} is a" in said[0]
+    assert "a system is an .ssp archive, its unpacked folder or an .ssd file (" in said[0]
+
+
+def test_an_unpacked_fmu_is_described(path, tmp_path, capsys):
+    shutil.unpack_archive(path.parent / "g.fmu", tmp_path / "folder", "zip")
+    status, said, wrong = check(capsys, tmp_path / "folder")
+    assert (status, wrong) == (0, [])
+    assert said[0] == "FMU                 folder, FMI 2.0 co-simulation"
+    other = tmp_path / "system.txt"
+    other.write_text("no zip")
+    assert check(capsys, other)[2] == [
+        f"twip: {other}: not a readable zip archive; a system is an .ssp archive, its unpacked folder or an .ssd file"
+    ]

@@ -77,4 +77,4 @@ def test_a_status_at_the_end_is_a_warning(faulty_folder, way, what):
     assert failure == ""
     assert len(table.times) == 11
     text = f"bad failed at t = 1 s: fmi2Terminate returned {what}{LOGGED[what]}"
-    assert [(e.level, e.source, e.text) for e in table.events][-1] == ("warning", "bad", text)
+    assert [(e.level, e.source, e.text) for e in table.events][-1] == ("warning", "", text)

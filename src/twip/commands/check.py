@@ -1,14 +1,26 @@
-"""`twip check`: everything that can be said of a system, an FMU or a parameter set without running it."""
+"""`twip check`: everything that can be said of a system, an FMU or another file of SSP without running it."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ..cosim.document import Element
 from ..cosim.fmu import read_fmu
-from ..cosim.overview import Section, fmu_overview, set_overview, system_overview, weaknesses
+from ..cosim.overview import (
+    Section,
+    dictionary_overview,
+    fmu_overview,
+    mapping_overview,
+    set_overview,
+    system_overview,
+    weaknesses,
+)
 from ..cosim.preparation import prepare
 from ..cosim.problems import Place, Problems
-from ..cosim.ssv import read_parameter_file
+from ..cosim.source import read_file
+from ..cosim.ssb import read_signal_dictionary
+from ..cosim.ssm import read_parameter_mapping
+from ..cosim.ssv import read_parameter_set
 from ..errors import TwipError
 from .experiment import declare_experiment, load_system, request
 
@@ -20,9 +32,9 @@ examples:
   twip check fmus/motor.fmu
   twip check ssp/parameters/pid.ssv
 
-Say what a system (.ssp, folder, .ssd), an FMU (.fmu) or a parameter set (.ssv) is, and everything that is wrong with
-it, without running any of its code. The status is 0 if it would run with the same options, 1 if not. Time series and
-scenarios are checked with the system that they are for."""
+Say what a system (.ssp, folder, .ssd), an FMU (.fmu, folder), a parameter set (.ssv), a parameter mapping (.ssm) or a
+signal dictionary (.ssb) is, and everything that is wrong with it, without running any of its code. The status is 0 if
+it would run with the same options, 1 if not. Time series and scenarios are checked with the system they are for."""
 
 
 def declare(parser: argparse.ArgumentParser) -> None:
@@ -41,27 +53,53 @@ def run(arguments: argparse.Namespace) -> int:
         raise TwipError(
             f"{arguments.file} can be checked with its system only: twip check SYSTEM {option} {arguments.file}"
         )
-    if kind in (".fmu", ".ssv"):
-        return _check_part(Path(arguments.file), kind)
+    path = Path(arguments.file)
+    if kind == ".fmu" or (path / "modelDescription.xml").is_file():
+        return _check_fmu(path)
+    if kind in _DOCUMENTS:
+        return _check_document(path, _DOCUMENTS[kind])
     return _check_system(arguments)
 
 
-def _check_part(path: Path, kind: str) -> int:
+def _check_fmu(path: Path) -> int:
     problems = Problems()
-    if kind == ".fmu":
-        fmu = read_fmu(path, path.name, problems, Place(str(path)))
-        if fmu is not None:
-            _print(fmu_overview(fmu))
-            _print_warnings(weaknesses(path))
-    else:
-        parameters = read_parameter_file(path, path.name, problems)
-        if parameters is not None:
-            _print(set_overview(path.name, parameters))
-            if problems.warnings:
-                _print_warnings(problems.warnings)
+    fmu = read_fmu(path, path.name, problems, Place(str(path)))
     problems.raise_any()
+    if fmu is not None:
+        _print(fmu_overview(fmu))
+        _print_warnings(weaknesses(path))
     print("nothing is wrong")
     return 0
+
+
+def _check_document(path: Path, overview: Callable[[Element, str, Problems], list[Section]]) -> int:
+    problems = Problems()
+    root = read_file(path, path.name if path.is_file() else str(path), problems)
+    sections = [] if root is None else overview(root, path.name, problems)
+    problems.raise_any()
+    _print(sections)
+    if problems.warnings:
+        _print_warnings(problems.warnings)
+    print("nothing is wrong")
+    return 0
+
+
+def _of_set(root: Element, name: str, problems: Problems) -> list[Section]:
+    found = read_parameter_set(root, name, problems)
+    return [] if found is None else set_overview(name, found)
+
+
+def _of_mapping(root: Element, name: str, problems: Problems) -> list[Section]:
+    found = read_parameter_mapping(root, name, problems)
+    return [] if found is None else mapping_overview(name, found)
+
+
+def _of_dictionary(root: Element, name: str, problems: Problems) -> list[Section]:
+    found = read_signal_dictionary(root, name, problems)
+    return [] if found is None else dictionary_overview(name, found)
+
+
+_DOCUMENTS = {".ssv": _of_set, ".ssm": _of_mapping, ".ssb": _of_dictionary}
 
 
 def _check_system(arguments: argparse.Namespace) -> int:

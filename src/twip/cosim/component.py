@@ -283,7 +283,7 @@ class Instance(ABC):
         try:
             self.call(f"{self.version}{function}")
         except ComponentError as failure:
-            self._messages.append(Message(self._time, "warning", self.name, str(failure)))
+            self._messages.append(Message(self._time, "warning", "", str(failure)))
             return False
         return True
 

@@ -244,7 +244,7 @@ class IsolatedInstance:
         except subprocess.TimeoutExpired:
             self._messages.append(Message(self._time, "warning", self.name, "its process did not end and was killed"))
         except ComponentError as failure:
-            self._messages.append(Message(self._time, "warning", self.name, str(failure)))
+            self._messages.append(Message(self._time, "warning", "", str(failure)))
         finally:
             self._kill()
 

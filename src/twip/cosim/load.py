@@ -1,12 +1,14 @@
 """Reads a system structure, checks all of it, and returns a `System` or every problem at once."""
 
 import pathlib
+import zipfile
 from collections.abc import Mapping, Sequence
 
 from ..errors import TwipError
 from .archive import Workspace, unpack
 from .arrays import expand_arrays
 from .assembly import assemble
+from .file_kinds import SYSTEM, why_no_system
 from .fmu import file_fingerprint
 from .fmus import read_fmus
 from .parametrization import parametrize
@@ -122,10 +124,14 @@ def _locate(path: pathlib.Path, ssd: str | None, workspace: Workspace) -> tuple[
         raise TwipError(f"{path}: no such file")
     if path.is_dir():
         return _choose(path, ssd, f"{path}: the folder"), None
-    if path.suffix == ".ssd":
+    if why := why_no_system(path):
+        raise TwipError(why)
+    if path.suffix.lower() == ".ssd":
         if ssd is not None:
             raise TwipError(f"{path} is one description: {ssd} cannot be chosen in it")
         return path, None
+    if not zipfile.is_zipfile(path):
+        raise TwipError(f"{path}: not a readable zip archive; {SYSTEM}")
     folder = workspace.folder("ssp")
     unpack(path, folder, str(path))
     return _choose(folder, ssd, f"{path}: the archive"), folder

@@ -1,4 +1,4 @@
-"""What there is to say of a checked system, an FMU or a parameter set before anything runs."""
+"""What there is to say of a checked system, an FMU or a file of parameters or signals before anything runs."""
 
 import pathlib
 from collections.abc import Sequence
@@ -11,8 +11,11 @@ from .experiment import TimeGrid
 from .fmu import Fmu, Variable
 from .scenario import Scenario
 from .schedule import make_schedule
+from .ssb import SignalDictionary
+from .ssm import ParameterMapping
 from .ssv import ParameterSet
 from .system import System
+from .transformation import Transformation
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,30 @@ def set_overview(name: str, parameters: ParameterSet) -> list[Section]:
     """Say what a parameter set holds."""
     lines = [(p.name, f"{p.text}{f' {p.unit}' if p.unit else ''} ({p.type})") for p in parameters.parameters]
     return [Section("parameter set", f"{name}, {len(lines)} parameters", lines)]
+
+
+def mapping_overview(name: str, mapping: ParameterMapping) -> list[Section]:
+    """Say what a parameter mapping holds."""
+    lines = [(e.source, f"→ {e.target}{_transformed(e.transformation)}") for e in mapping.entries]
+    return [Section("parameter mapping", f"{name}, {len(lines)} entries", lines)]
+
+
+def _transformed(transformation: Transformation | None) -> str:
+    if transformation is None:
+        return ""
+    if transformation.kind == "linear":
+        return f", times {transformation.affine.factor:g} plus {transformation.affine.offset + 0.0:g}"
+    count = len(transformation.names) + len(transformation.numbers)
+    return f", by a table of {count} {transformation.kind} values"
+
+
+def dictionary_overview(name: str, dictionary: SignalDictionary) -> list[Section]:
+    """Say what a signal dictionary holds."""
+    lines = [
+        (entry.name, f"{entry.type.type or ''}{f' in {entry.type.unit}' if entry.type.unit else ''}")
+        for entry in dictionary.entries.values()
+    ]
+    return [Section("signal dictionary", f"{name}, {len(lines)} signals", lines)]
 
 
 def with_unit(value: object, variable: Variable) -> str:
