@@ -67,7 +67,7 @@ def _check_fmu(path: Path) -> int:
     problems.raise_any()
     if fmu is not None:
         _print(fmu_overview(fmu))
-        _print_warnings(weaknesses(path))
+        _print_warnings([*problems.warnings, *weaknesses(path)])
     print("nothing is wrong")
     return 0
 

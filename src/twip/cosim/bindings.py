@@ -72,6 +72,9 @@ def find(
         root = read_within(component, outside.source, name, problems, outside.place)
     else:
         found = document.location.resolve(outside.source, outside.place, problems)
+        if found is not None and found[1]:
+            problems.add(f"source {outside.source}: a fragment has no meaning here", outside.place)
+            return None
         root = None if found is None else read_file(found[0], name, problems, outside.place)
     return None if root is None else (root, name)
 

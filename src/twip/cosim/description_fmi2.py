@@ -39,6 +39,9 @@ class _Description(Reader):
         units = {unit.name: unit for item in root.iterfind("UnitDefinitions/Unit") for unit in self._unit(item)}
         types = {self.required(item, "name"): item for item in root.iterfind("TypeDefinitions/SimpleType")}
         items = list(root.iterfind("ModelVariables/ScalarVariable"))
+        for odd in root.iterfind("ModelVariables/*"):
+            if isinstance(odd.tag, str) and odd.tag != "ScalarVariable":
+                self.problems.add(f"{odd.tag} in ModelVariables is no ScalarVariable", self.place(odd))
         in_order = [self._variable(item, types, units) for item in items]
         variables: dict[str, Variable] = {}
         for item, variable in zip(items, in_order, strict=True):

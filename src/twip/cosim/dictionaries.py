@@ -53,6 +53,11 @@ class Dictionaries:
             )  # fmt: skip
         self._connectors.append((port, self._signals[key]))
 
+    def read(self, system: SystemElement) -> None:
+        """Read the dictionaries of a system, whether something refers to them or not."""
+        for element in system.dictionaries:
+            self._content(element)
+
     def _content(self, element: DictionaryElement) -> SignalDictionary | None:
         if id(element) not in self._read:
             found = find(element.content, element.document, None, self._problems)

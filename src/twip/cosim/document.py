@@ -57,6 +57,11 @@ def name_of(element: Element) -> str:
     return name.localname if name.namespace in NAMESPACES else element.tag
 
 
+def ssp_name(element: Element) -> str:
+    """Return `name_of` an element, and of one without a namespace what is no name in SSP."""
+    return name_of(element) if etree.QName(element).namespace else f"{element.tag} without a namespace"
+
+
 class Reader:
     """Walks a document, naming everything that the caller neither reads nor may ignore."""
 
@@ -74,7 +79,7 @@ class Reader:
         for child in element:
             if not isinstance(child.tag, str):
                 continue
-            name = name_of(child)
+            name = ssp_name(child)
             if name in read:
                 yield child
             elif name not in {"Annotations", *ignored, *IGNORED_WITH_WARNING}:
@@ -106,7 +111,7 @@ class Reader:
 
     def child(self, element: Element, name: str) -> Element | None:
         """Return the child called `name`; a second one is a problem."""
-        found = [child for child in element if isinstance(child.tag, str) and name_of(child) == name]
+        found = [child for child in element if isinstance(child.tag, str) and ssp_name(child) == name]
         for more in found[1:]:
             self.problems.add(f"{name_of(element)} has more than one {name}", self.place(more))
         return found[0] if found else None

@@ -12,6 +12,7 @@ from .description_fmi2 import describe_fmi2
 from .description_fmi3 import describe_fmi3
 from .document import MAXIMUM_BYTES, Element, parse_xml
 from .problems import Place, Problems
+from .values import out_of_range, parse_value
 from .variable import RECORDED_TYPES, Fmu, Variable
 
 __all__ = ["RECORDED_TYPES", "Fmu", "Variable", "file_fingerprint", "read_fmu"]
@@ -51,11 +52,25 @@ def read_fmu(path: pathlib.Path, name: str, problems: Problems, place: Place) ->
     fmu = _describe(root, path, name, problems, place)
     if fmu is None:
         return None
+    _check_bounds(fmu, problems)
     folder = fmpy.platform if fmu.fmi_version == "2.0" else fmpy.platform_tuple
     library = f"binaries/{folder}/{fmu.model_identifier}{fmpy.sharedLibraryExtension}"
     if library not in files:
         problems.add(f"FMU {name} has no binary for this platform ({library})", place)
     return fmu if len(problems.lines) == before else None
+
+
+def _check_bounds(fmu: Fmu, problems: Problems) -> None:
+    """Report bounds that exclude every value, and warn of start values beyond bounds."""
+    place = Place(f"{fmu.name}: modelDescription.xml")
+    for variable in fmu.variables.values():
+        least, most = variable.minimum, variable.maximum
+        if least is not None and most is not None and least > most:
+            problems.add(f"variable {variable.name}: min = {least} is above max = {most}", place)
+        elif variable.start is not None and (least, most) != (None, None):
+            value = parse_value(variable.start, variable.type, variable.items)
+            for line in () if value is None else out_of_range(variable, value):
+                problems.warn(f"start value {line}", place)
 
 
 def _describe(root: Element, path: pathlib.Path, name: str, problems: Problems, place: Place) -> Fmu | None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from .fmu import Fmu, read_fmu
 from .problems import Problems
-from .structure import FMU, ComponentElement
+from .structure import DEFINITION, FMU, PACKAGE, ComponentElement
 
 
 def read_fmus(
@@ -38,5 +38,9 @@ def _locate(element: ComponentElement, problems: Problems) -> tuple[pathlib.Path
         return None
     if resolved[1]:
         problems.add(f"source {element.source}: an FMU has no fragment", element.place)
+        return None
+    kind = {".ssd": DEFINITION, ".ssp": PACKAGE}.get(resolved[0].suffix.lower())
+    if kind is not None:
+        problems.add(f"component {element.name}: {element.source} is a system: its type must be {kind}", element.place)
         return None
     return resolved[0], location.beside(element.source)

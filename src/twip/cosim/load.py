@@ -144,4 +144,7 @@ def _choose(folder: pathlib.Path, ssd: str | None, what: str) -> pathlib.Path:
     if name in there:
         return folder / name
     known = "" if ssd is None else f", only {', '.join(there) or 'no .ssd at all'}"
+    inside = sorted(file.relative_to(folder).as_posix() for file in folder.glob(f"*/{name}"))
+    if inside and not there:
+        known = f", only {inside[0]}: what is in that folder belongs directly into it"
     raise TwipError(f"{what} holds no {DEFAULT_SSD if ssd is None else ssd}{known}")

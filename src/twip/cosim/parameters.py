@@ -113,6 +113,8 @@ class Assignments:
             if scope.from_caller:
                 self.callers[key] = place
             unit = lookup(parameter.unit, parameters.units, scope.units)
+            if unit is not None and unit.exponents is None:
+                self.problems.warn(f"unit {unit.name} has no definition in the file", place)
             if unit is None and not scope.from_caller:
                 unit = self.units.get(key)
             if unit is not None and unit.exponents is None and key[0] in self.fmus:

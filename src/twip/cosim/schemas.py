@@ -11,7 +11,7 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from .document import Element, Reader, name_of
+from .document import Element, Reader, ssp_name
 from .problems import Place, Problems
 
 _VERSION = re.compile(r"([12])\.([0-9]+)(-.*)?")
@@ -56,8 +56,8 @@ def opened(root: Element, name: str, file: str, problems: Problems) -> Reader | 
     What the document holds and nobody here uses is warned of.
     """
     reader = Reader(file, problems)
-    if name_of(root) != name:
-        problems.add(f"expected a {name}, found {name_of(root)}", reader.place(root))
+    if ssp_name(root) != name:
+        problems.add(f"expected a {name}, found {ssp_name(root)}", reader.place(root))
         return None
     if not _valid(root, _ROOTS[name], file, problems):
         return None

@@ -31,6 +31,6 @@ def by_name(argument: str, given: Mapping[str, T] | None) -> Mapping[str, T]:
     """Return what the caller gives by name as `argument`, nothing for None. Raises `TwipError` for anything else."""
     if given is None:
         return {}
-    if not isinstance(given, Mapping):
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise TwipError(f"{argument} = {given!r} must be a mapping, such as {{'component.variable': 1.0}}")
     return given

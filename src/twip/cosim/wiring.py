@@ -97,6 +97,7 @@ class _Wirer:
         """Add a system's connectors, its elements and its connections; `above` are the systems around it."""
         for connector in system.connectors:
             self._add_connector(path, connector, system.document)
+        self._dictionaries.read(system)
         inner = {element.name: join(path, element.name) for element in system.elements}
         for element in system.elements:
             if isinstance(element, SystemElement):
