@@ -44,9 +44,10 @@ VARIABLES = (
         input("static_reverse_limit", "N.m", "static friction towards negative shaft speed", minimum=0.0, nominal=1e-3),
         input("stribeck_speed_limit", "rad/s", "speed at which Stribeck friction is down to 1/e", 0.4102, minimum=0.0),
     ),
-    input("push_force", "N", "horizontal push on the body along the heading, forward positive"),
+    input("push_force", "N", "horizontal push on the body along the heading, forward positive",
+          minimum=-1000.0, maximum=1000.0),
     input("slope", "rad", "slope of the ground along the heading, uphill positive", 0.0, "deg", -1.5, 1.5),
-    input("body_torque", "N.m", "torque from outside on the body, forward positive"),
+    input("body_torque", "N.m", "torque from outside on the body, forward positive", minimum=-100.0, maximum=100.0),
     input("wheels_locked", None, "both wheels are held fast above 0.5", 0.0, None, 0.0, 1.0, variability="discrete"),
     *both(
         output("shaft_speed", "rad/s", "motor shaft speed relative to the body", nominal=100.0),

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from ssp_writer import component, system, write
+from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.live_inputs import LiveInputs, open_inputs
+from twip.cosim.live_inputs import LiveInputs, limits, open_inputs
 from twip.errors import TwipError
 
 
@@ -79,5 +79,80 @@ def test_values_that_do_not_fit_the_input_are_refused(folder):
                 inputs[name] = value
             assert why in str(raised.value)
         assert (inputs["m.n"], inputs["m.on"]) == (3.0, 1.0)
-        with pytest.raises(TwipError, match="must be a list of inputs"):
-            LiveInputs(model, "m.n")
+        for value in (True, "3"):
+            with pytest.raises(TwipError, match="which is no number"):
+                inputs["m.n"] = value
+        assert LiveInputs(model, "m.n").names == ("m.n",)
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        (float("nan"), "not finite"),
+        (float("inf"), "not finite"),
+        (1e308, "above 1e+12"),
+        (-1e13, "below -1e+12"),
+        (True, "no number"),
+        ("3", "no number"),
+        (None, "no number"),
+    ],
+)
+def test_what_an_input_cannot_take_is_refused_and_the_run_goes_on(path, loop, value, why):
+    with load(path) as model:
+        inputs = LiveInputs(model, ["a.u"])
+        table = Table(model.channels)
+
+        def progress(time):
+            if time == pytest.approx(0.2):
+                assert inputs.offer("a.u", 3.0)
+                assert not inputs.offer("a.u", value)
+                assert not inputs.offer("a.u", value)
+            if time == pytest.approx(0.4):
+                assert not inputs.offer("b.u", 1.0)
+
+        result = simulate(
+            model, stop_time=0.6, step_size=0.001, sinks=[table], loop=loop, live=inputs, progress=progress
+        )
+    assert result.time == 0.6
+    assert table["a.u"][-1] == 3.0
+    first, second = ((event.time, event.level, event.text) for event in table.events if event.level == "warning")
+    told = f"refused, and left as it was: a.u cannot take {value!r}, which is {why}"
+    assert first == (0.4, "warning", told)  # once, with the next rows
+    assert second[2] == "refused, and left as it was: there is no input b.u to set, only a.u"
+
+
+def test_refusals_are_told_with_variable_steps_too(fmus, tmp_path):
+    edit_fmu(fmus / "CosimIntegrator.fmu", tmp_path / "a.fmu", dependencies={"x": []}, state=True)
+    with load(write(tmp_path, system([component("a", "a.fmu", "u> x<")]))) as model:
+        inputs = LiveInputs(model, ["a.u"])
+        result = simulate(
+            model, stop_time=0.5, step_size=0.01, tolerance=1e-3, live=inputs,
+            progress=lambda _: inputs.offer("a.u", True),
+        )  # fmt: skip
+    told = "refused, and left as it was: a.u cannot take True, which is no number"
+    assert told in [event.text for event in result.events]
+
+
+def test_bounds_of_a_connector_are_in_its_unit_and_those_of_all_that_it_feeds(built, tmp_path):
+    ssd = write(
+        tmp_path,
+        system(
+            [component("p", str(built / "fmus" / "plant.fmu"), "push_force>")],
+            [connection("push -> p.push_force", linear(factor=-10.0, offset=50.0))],
+            ports="push>",
+        ),
+    )
+    with load(ssd) as model:
+        (column,) = [connector.column for connector in model.open_connectors]
+        assert limits(model, column) == (-95.0, 105.0)  # -1000 = 50 - 10 * 105, 1000 = 50 + 10 * 95
+
+
+def test_bounds_are_those_that_the_variable_declares(built):
+    with load(built / "ssp" / "twip.ssp") as model:
+        inputs = LiveInputs(model, ["controller.enable", "plant.slope", "controller.yaw_reference"])
+        found = {name: limits(model, column) for name, column in zip(inputs.names, inputs._columns, strict=True)}
+    assert found == {
+        "controller.enable": (0.0, 1.0),
+        "plant.slope": (-1.5, 1.5),
+        "controller.yaw_reference": (-1e12, 1e12),  # none declared, and no nominal value
+    }

@@ -20,6 +20,8 @@ from robot_log import METADATA, columns
 
 from twip.cli import main
 from twip.commands.keyboard import keys, split
+from twip.cosim import load
+from twip.cosim.live_inputs import LiveInputs
 from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 from twip.lab import live
@@ -41,6 +43,50 @@ class Inputs(dict):
         if name not in self:
             raise TwipError(f"there is no input {name}")
         super().__setitem__(name, value)
+
+    def offer(self, name, value):
+        known = name in self and isinstance(value, int | float) and not isinstance(value, bool)
+        if known:
+            self[name] = value
+        return known
+
+
+def test_a_viewer_sets_what_an_input_takes_and_hears_of_the_rest(built):
+    with load(built / "ssp" / "twip.ssp") as system:
+        inputs = LiveInputs(system, [PUSH, SPEED, "controller.enable"])
+    listener = live._Listener(inputs, lambda name, value: (name, value))
+
+    def sent(name, value):
+        return SimpleNamespace(name=name, get_value=lambda: value)
+
+    wrong = [(PUSH, 1e308), (PUSH, True), (SPEED, float("nan")), ("controller.enable", 1.5), ("x", 1.0), (SPEED, [1.0])]
+    told = listener.on_set_parameters(None, [*(sent(*one) for one in wrong), sent(SPEED, 1)])
+    assert dict(told) == {PUSH: 0.0, SPEED: 1.0, "controller.enable": 1.0}
+    assert inputs.refusals() == [
+        f"refused, and left as it was: {why}"
+        for why in (
+            "plant.push_force cannot take 1e+308, which is above 1000",
+            "plant.push_force cannot take True, which is no number",
+            "controller.speed_reference cannot take nan, which is not finite",
+            "controller.enable cannot take 1.5, which is above 1",
+            f"there is no input x to set, only {PUSH}, {SPEED}, controller.enable",
+            "controller.speed_reference cannot take [1.0], which is no number",
+        )
+    ]
+    assert inputs.refusals() == []
+
+
+def test_a_key_beyond_the_bounds_changes_nothing():
+    said = []
+
+    class Narrow(Inputs):
+        def offer(self, name, value):
+            return abs(value) < 0.07 and super().offer(name, value)
+
+    teleop = Teleop(Narrow({SPEED: 0.0}), said.append)
+    teleop.press("up")
+    teleop.press("up")
+    assert said == ["speed +0.05 m/s"]
 
 
 def test_keys_steer_within_limits():
@@ -147,6 +193,7 @@ async def collect(address, send):
                 await socket_.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
             if sending is None and topics:
                 values = [{"name": YAW, "value": 0.5}, {"name": "no.such", "value": 1.0}, {"name": SPEED, "value": "x"}]
+                values.append({"name": SPEED, "value": True})
                 await socket_.send(json.dumps({"op": "setParameters", "parameters": values, "id": "1"}))
                 await asyncio.sleep(0.5)  # until the server has noted the subscriptions
                 sending = asyncio.get_running_loop().run_in_executor(None, send)

@@ -23,6 +23,7 @@ from .initialization import initialize
 from .interrupt import InterruptFlag
 from .isolation import IsolatedInstance, Isolation
 from .kept import awaits_compiling
+from .live_inputs import LiveInputs
 from .messages import Message
 from .pace import Pacer
 from .pool import InstancePool
@@ -81,6 +82,8 @@ class Run:
     time_limit: float | None
     """Longest that a call of an FMU may take, in s, each in a process of its own; None keeps all in this process."""
     pool: InstancePool
+    live: LiveInputs | None = None
+    """Inputs that are set from outside; what they refuse is told in the log."""
     instances: list[InstanceFace] = field(default_factory=list)
     dead: set[pathlib.Path] = field(default_factory=set)
 
@@ -161,6 +164,10 @@ class Run:
 
     def _say(self, level: str, text: str) -> None:
         self.delivery.messages.append(Message(self.reached, level, "", text))
+
+    def _tell_refusals(self) -> None:
+        for text in () if self.live is None else self.live.refusals():
+            self._say("warning", text)
 
     def _start(self) -> Execution | None:
         """Bring all components to where the run begins and deliver the row there; None when interrupted before."""
@@ -275,6 +282,7 @@ class Run:
                 times, rows, failure = loop.run(until, CHUNK, self.interrupted.array)
                 self.steps += len(times)
                 self.reached = loop.time
+                self._tell_refusals()
                 self.delivery.write(np.array(times), np.array(rows).reshape(-1, self.schedule.columns))
                 self.progress(loop.time)
                 if failure is not None:
@@ -298,6 +306,7 @@ class Run:
             self.faults.record(rows[:done])
             if self.pacer is not None:
                 self.pacer.wait(float(times[done]), self.interrupted)
+            self._tell_refusals()
             self.delivery.write(times[1 : done + 1], rows[:done, : self.faults.recorded])
             self.progress(float(times[done]))
             if failure is not None:
@@ -357,4 +366,5 @@ class Run:
                 closing.callback(self.pool.give_back, instance, self.completed)
         for folder in self.dead:
             self.system.forget(folder)
+        self._tell_refusals()
         self.delivery.tell()

@@ -162,6 +162,7 @@ def simulate(
             progress=progress or _ignore,
             notice=notice or _ignore,
             pool=pool or InstancePool(keeps=False),
+            live=live,
         ).execute()
     return dataclasses.replace(result, table=table)
 

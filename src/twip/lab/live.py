@@ -133,14 +133,9 @@ class _Listener:
         ]
 
     def on_set_parameters(self, client: object, parameters: list[Any], request_id: str | None = None) -> list[Any]:
-        """Set inputs that are there to numbers that are some; return them all as they are."""
+        """Set the inputs that can take their values, the run tells of the others; return them all as they are."""
         for parameter in parameters:
-            value = parameter.get_value()
-            if isinstance(value, int | float):
-                try:
-                    self._inputs[parameter.name] = float(value)
-                except TwipError:
-                    continue
+            self._inputs.offer(parameter.name, parameter.get_value())
         return self.on_get_parameters(client, [], request_id)
 
     def __getattr__(self, name: str) -> Any:

@@ -59,8 +59,7 @@ class Teleop:
             self._set(name, max(-limit, min(limit, 0.0 if abs(value) < 0.5 * abs(step) else value)))
 
     def _set(self, name: str, value: float) -> None:
-        if name in self._inputs.names:
-            self._inputs[name] = value
+        if name in self._inputs.names and self._inputs.offer(name, value):
             self._tell()
 
     def _tell(self) -> None:
