@@ -4,6 +4,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from PIL import Image
 from robot_log import robot_log, write
 
@@ -14,7 +15,7 @@ from twip.cosim.record import Channel, Signal
 from twip.cosim.texts import number_of
 from twip.errors import TwipError
 from twip.lab.animation import animate
-from twip.lab.drawing import look
+from twip.lab.drawing import PALETTE, look
 from twip.lab.panels import panels
 from twip.lab.plot import plot
 
@@ -59,14 +60,44 @@ def test_compared_logs_keep_a_colour_each():
 def test_the_robot_moves_in_the_animation(tmp_path):
     log = robot_log(tmp_path / "robot.mcap", 1.5)
     for ending in ("gif", "webp", "png"):
-        path = animate(log, tmp_path / f"robot.{ending}", 0.4, 1.0, rate=10.0)
+        path = animate([log], tmp_path / f"robot.{ending}", 0.4, 1.0, rate=10.0)
         with Image.open(path) as picture:
             assert picture.n_frames == 7
             first = picture.convert("RGB").copy()
             picture.seek(6)
             assert np.any(np.asarray(first) != np.asarray(picture.convert("RGB")))
-        again = animate(log, tmp_path / f"again.{ending}", 0.4, 1.0, rate=10.0)
+        again = animate([log], tmp_path / f"again.{ending}", 0.4, 1.0, rate=10.0)
         assert path.read_bytes() == again.read_bytes()
+
+
+def test_compared_robots_keep_a_colour_each_and_none_hides_another(tmp_path):
+    upright = {"plant__pitch": np.zeros(1501)}
+    logs = [robot_log(tmp_path / "one.mcap", 1.5), robot_log(tmp_path / "two.mcap", 1.5, **upright)]
+    shown = {}
+    for apart in (0.4, 0.0):
+        path = animate(logs, tmp_path / f"at{apart:g}.png", 0.6, 0.8, 10.0, apart=apart)
+        with Image.open(path) as picture:
+            pixels = np.asarray(picture.convert("RGB"), float)[:170]  # the robots above, without the plot
+        for colour in PALETTE[: 2 if apart else 1]:
+            wanted = [255.0 * part for part in to_rgb(colour)]
+            where = np.argwhere(np.abs(pixels[40:] - wanted).max(axis=2) < 40.0)
+            shown[apart, colour] = float(np.mean(where[:, 1]))
+    first, second = PALETTE[:2]
+    assert shown[0.4, second] - shown[0.4, first] > 100.0  # px
+    assert shown[0.4, first] + 50.0 < shown[0.0, first] < shown[0.4, second] - 50.0  # where both are
+
+
+def test_a_shorter_log_is_drawn_while_it_lasts(tmp_path):
+    logs = [robot_log(tmp_path / "long.mcap", 1.5), robot_log(tmp_path / "short.mcap", 0.5)]
+    with Image.open(animate(logs, tmp_path / "both.gif", None, None, rate=4.0)) as picture:
+        assert picture.n_frames == 7
+
+
+def test_lines_that_coincide_show_beside_each_other():
+    widths = [look("real", 0, log, 3).width for log in range(3)]
+    assert widths == sorted(widths, reverse=True)
+    assert widths[1] - widths[2] > 1.0  # points
+    assert look("real", 0, 0, 1).width < 2.0
 
 
 def test_what_cannot_be_drawn_is_said(tmp_path, capsys):
@@ -76,9 +107,9 @@ def test_what_cannot_be_drawn_is_said(tmp_path, capsys):
     with pytest.raises(TwipError, match=r"must be one of \.png, \.svg, \.pdf"):
         plot([log], tmp_path / "robot.jpg")
     with pytest.raises(TwipError, match="does not show the robot"):
-        animate(other, tmp_path / "other.gif", None, None)
+        animate([other], tmp_path / "other.gif", None, None)
     with pytest.raises(TwipError, match="there is nothing to draw"):
-        animate(log, tmp_path / "robot.gif", 3.0, 2.0)
+        animate([log], tmp_path / "robot.gif", 3.0, 2.0)
     assert main(["plot", str(log.path), "plant.pich"]) == 1
     assert "near: plant.pitch" in capsys.readouterr().err
     assert main(["plot", str(log.path), "--out", "/proc/x.png"]) == 1

@@ -9,7 +9,7 @@ from math import degrees
 import numpy as np
 import pytest
 from browser import chromium, wait
-from robot_log import robot_log
+from robot_log import columns, robot_log, write
 
 from twip.lab.report import report
 
@@ -156,9 +156,35 @@ def test_two_logs_are_compared(tmp_path):
         script(driver, "report.go(0.25)")
         assert script(driver, ANGLE % 0) == pytest.approx(20.0, abs=1e-4)
         assert script(driver, ANGLE % 1) == pytest.approx(degrees(0.1), abs=1e-4)
+        apart = "[...document.querySelectorAll('.side')].map(g => g.getBoundingClientRect().x)"
+        first, second = script(driver, apart)
+        assert second - first > 50.0  # px: neither hides the other
+        colours = script(driver, "[...document.querySelectorAll('.body rect')].map(r => r.getAttribute('stroke'))")
+        assert len(set(colours)) == 2
+        driver.find_element("css selector", "#apart input").click()
+        places = script(driver, "[...document.querySelectorAll('.side')].map(g => g.getCTM().e)")
+        assert places[0] == places[1]
+        assert script(driver, ANGLE % 1) == pytest.approx(degrees(0.1), abs=1e-4)
         heads = script(driver, "[...document.querySelectorAll('thead th')].map(h => h.textContent)")
         assert heads[:3] == ["", "<img src=x onerror=alert(1)>", "two"]
         assert script(driver, "document.querySelectorAll('img').length") == 0
         driver.find_element("css selector", ".head button").click()
         wait(driver, "!report.plots.panels[0].lines[0].glyph.visible")
+        assert not [e for e in driver.get_log("browser") if e["level"] in ("WARNING", "SEVERE")]
+
+
+def test_a_robot_is_shown_while_its_log_lasts(tmp_path):
+    times = 2.0 + np.arange(2001) / 1000.0
+    moving = {"plant__pitch_rate": np.full(2001, 0.01)}
+    logs = [robot_log(tmp_path / "first.mcap", 3.0), write(tmp_path / "later.mcap", columns(times, **moving), times)]
+    with chromium() as driver:
+        driver.get(report(logs, tmp_path / "both.html").as_uri())
+        wait(driver, "document.body.dataset.ready")
+        for at, shown in ((1.0, [True, False]), (2.5, [True, True]), (3.5, [False, True])):
+            script(driver, f"report.go({at})")
+            for part in (".body rect", ".floor line", ".top rect:first-child"):
+                seen = f"[...document.querySelectorAll('{part}')].map(e => getComputedStyle(e).visibility == 'visible')"
+                assert script(driver, seen)[:: len(script(driver, seen)) // 2] == shown, (at, part)
+            labels = script(driver, "[...document.querySelectorAll('.pitches tspan')].map(t => t.textContent != '–')")
+            assert labels == shown
         assert not [e for e in driver.get_log("browser") if e["level"] in ("WARNING", "SEVERE")]

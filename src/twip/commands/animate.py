@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..lab.animation import FORMATS, animate
+from ..lab.animation import APART, FORMATS, animate
 from .logs import read_log
 from .paths import made_from
 from .terminal import print_rows
@@ -12,6 +12,7 @@ DESCRIPTION = """\
 examples:
   twip animate logs/demo.mcap --from 0.8 --to 5 --out docs/stand_up.gif
   twip animate logs/twip.mcap --speed 0.25 --to 2
+  twip animate logs/twip.mcap --with logs/pid.mcap --apart 0.3
 
 Draw the moving robot and its pitch as GIF, WebP or PNG (APNG), for pages that show pictures only."""
 
@@ -20,6 +21,16 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
     parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of the robot")
+    parser.add_argument(
+        "--with", dest="others", nargs="+", type=Path, default=[], metavar="LOG.mcap", help="logs to compare with"
+    )
+    parser.add_argument(
+        "--apart",
+        type=float,
+        default=APART,
+        metavar="M",
+        help=f"between the robots of compared logs, in m; 0 draws each where it is; default: {APART:g}",
+    )
     parser.add_argument("--from", dest="start", type=float, metavar="S", help="first time in s; default: the log's")
     parser.add_argument("--to", dest="stop", type=float, metavar="S", help="last time in s; default: the log's")
     parser.add_argument("--rate", type=float, default=20.0, metavar="HZ", help="frames per second; default: 20")
@@ -35,7 +46,9 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw, and return the exit status."""
-    out = made_from([arguments.log], arguments.out, FORMATS)
-    animate(read_log(arguments.log), out, arguments.start, arguments.stop, arguments.rate, arguments.speed)
+    paths = [arguments.log, *arguments.others]
+    out = made_from(paths, arguments.out, FORMATS)
+    logs = [read_log(path) for path in paths]
+    animate(logs, out, arguments.start, arguments.stop, arguments.rate, arguments.speed, arguments.apart)
     print_rows(("picture", out), ("size", f"{out.stat().st_size / 1e3:.0f} kB"))
     return 0

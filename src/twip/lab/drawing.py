@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
@@ -42,11 +43,11 @@ class Look:
 
 LOOKS = {
     "real": Look(INK, 1.8, 0.85),
-    "estimate": Look(RED, 1.1),
-    "reference": Look(ORANGE, 1.3, 1.0, (5.0, 3.0)),
+    "estimate": Look(PALETTE[1], 1.1),
+    "reference": Look(PALETTE[0], 1.3, 1.0, (5.0, 3.0)),
     "limit": Look(GREY, 1.0, 1.0, (2.0, 3.0)),
-    "left": Look(BLUE, 1.3),
-    "right": Look(GREEN, 1.3, 0.9),
+    "left": Look(PALETTE[0], 1.8),
+    "right": Look(PALETTE[1], 1.1),
 }
 """Looks of the roles of `panels.Line`; the role `other` takes the next colour of `PALETTE`."""
 COMPARED = {
@@ -58,13 +59,18 @@ COMPARED = {
     "right": Look("", 1.2, 0.75, (4.0, 2.0)),
 }
 """Looks where logs are compared: the colour is the log's."""
+BESIDE, MOST_BESIDE = 1.3, 3.9
+"""How much broader a line is than that of the next log, so that one shows beside the other where they coincide; at
+most.
+"""
 
 
 def look(role: str, position: int, log: int, logs: int) -> Look:
     """Return how a line looks that is at `position` of its panel and from number `log` of so many logs."""
     if logs > 1:
         found = COMPARED.get(role, Look("", 1.3, 1.0, ((), (5.0, 2.0), (2.0, 2.0))[position % 3]))
-        return replace(found, color=found.color or PALETTE[log % len(PALETTE)])
+        broader = 0.0 if found.dash or role == "estimate" else min(MOST_BESIDE, BESIDE * (logs - 1 - log))
+        return replace(found, color=found.color or PALETTE[log % len(PALETTE)], width=found.width + broader)
     return LOOKS.get(role, Look(PALETTE[position % len(PALETTE)], 1.3))
 
 
@@ -117,17 +123,22 @@ def label(axes: Axes, vertical: str, horizontal: str | None = "time [s]") -> Non
     axes.axhline(0.0, color=GREY, linewidth=0.5, zorder=0)
 
 
-def robot(axes: Axes, centre: float, pitch: float, turned_by: float | None = None) -> list[Artist]:
+def robot(
+    axes: Axes, centre: float, pitch: float, turned_by: float | None = None, color: str | None = None
+) -> list[Artist]:
     """Draw the robot with its axle at `centre` m, seen from its right so that forward is to the right; pitch in rad.
 
-    The wheel gets spokes `turned_by` an angle in rad, if one is given. Returns what was drawn.
+    The wheel gets spokes `turned_by` an angle in rad, if one is given. One of several robots has a `color`, through
+    which the others show. Returns what was drawn.
     """
+    edge, rim = (BLUE, INK) if color is None else (color, color)
+    body, wheel = ("#dfe9f3", "white") if color is None else (to_rgba(color, 0.2), (1.0, 1.0, 1.0, 0.5))
     sine, cosine = np.sin(pitch), np.cos(pitch)
     corners = np.array([(-0.5, 0.1), (0.5, 0.1), (0.5, 1.0), (-0.5, 1.0)]) * (WIDTH, HEIGHT)
     turned = corners @ np.array([(cosine, -sine), (sine, cosine)]) + (centre, WHEEL)
     drawn: list[Artist] = [
-        axes.add_patch(Polygon(turned, closed=True, facecolor="#dfe9f3", edgecolor=BLUE, linewidth=1.2, zorder=2)),
-        axes.add_patch(Circle((centre, WHEEL), WHEEL, facecolor="white", edgecolor=INK, linewidth=1.6, zorder=3)),
+        axes.add_patch(Polygon(turned, closed=True, facecolor=body, edgecolor=edge, linewidth=1.2, zorder=2)),
+        axes.add_patch(Circle((centre, WHEEL), WHEEL, facecolor=wheel, edgecolor=rim, linewidth=1.6, zorder=3)),
         axes.add_patch(Circle((centre, WHEEL), 0.006, facecolor=INK, zorder=4)),
     ]
     for angle in () if turned_by is None else (turned_by + k * np.pi / 3.0 for k in range(3)):

@@ -145,7 +145,7 @@ def _robot(log: Playback) -> Iterator[Panel]:
     yield Panel(f"Share of {REST_WINDOW:g} s at rest", "%", tuple(Line(s, s, 100.0 * rest(log, s)) for s in SIDES))
     surfaces = (line("s1 balance", "left", "controller.s1"), line("s2 yaw", "right", "controller.s2"))
     yield Panel("Sliding surfaces", "rad/s", surfaces)
-    yield Panel("Place", "m", (line("x", "real", "plant.x"), line("y", "estimate", "plant.y")))
+    yield Panel("Place", "m", (line("x", "left", "plant.x"), line("y", "right", "plant.y")))
     acting: list[tuple[str, str, str, float]] = [
         ("Push", "N", "plant.push_force", 1.0),
         ("Ground slope", "°", "plant.ground_slope", angle),

@@ -19,7 +19,7 @@ from typing import Any
 from ..cosim.log_schema import unique_identifiers
 from ..cosim.playback import Playback
 from ..errors import TwipError
-from .drawing import BLUE, GREEN, INK, look
+from .drawing import INK, PALETTE, look
 from .endings import check_ending
 from .panels import panels
 from .scene import SIGNALS
@@ -28,8 +28,11 @@ APPLICATION = "twip"
 """Recording and blueprint belong together by this id."""
 FORMATS = (".rrd",)
 MOST_PLOTS = 6
-DARK = {INK: "#e6e6e6", BLUE: "#4fa3e0", GREEN: "#58b27c"}
+DARK = {INK: "#f2f2f2", PALETTE[0]: PALETTE[5], PALETTE[1]: "#ff7a1a"}
 """Colours that would not show on Rerun's dark ground, and what stands for them."""
+WIDTHS = {"estimate": 4.0, "real": 1.3}
+"""In points: Rerun draws entities by their names, so the estimator's lines lie below the plant's, and show beside them.
+"""
 EYE, TARGET = (0.55, -0.75, 0.40), (0.15, 0.0, 0.09)
 """Where the robot is looked at from, and what is looked at, in m."""
 
@@ -86,7 +89,8 @@ def blueprint(log: Playback) -> Any:
             place, looks = found[line.source], look(line.role, position, 0, 1)
             color = DARK.get(looks.color, looks.color)
             red_green_blue = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
-            series = sdk.SeriesLines(names=[line.label], colors=[red_green_blue], widths=[looks.width])
+            width = WIDTHS.get(line.role, looks.width)
+            series = sdk.SeriesLines(names=[line.label], colors=[red_green_blue], widths=[width])
             mapping = layout.encodings.VisualizerComponentMapping(
                 target="Scalars:scalars",
                 source_kind=layout.encodings.ComponentSourceKind.SourceComponent,

@@ -39,10 +39,8 @@ class Times {
 
 class Series {
   constructor(times, values) { Object.assign(this, {times, values}); }
-  value(time) {
-    const {times, values} = this;
-    return time < times.start - 1e-9 || time > times.end + 1e-9 ? NaN : values[times.index(time)];
-  }
+  covers(time) { return time >= this.times.start - 1e-9 && time <= this.times.end + 1e-9; }
+  value(time) { return this.covers(time) ? this.values[this.times.index(time)] : NaN; }
   // On the straight line between two samples, for drawing motion.
   between(time) {
     const {times, values} = this, i = times.index(time), j = Math.min(i + 1, times.count - 1);

@@ -62,6 +62,10 @@
     show();
   });
   plots.box.addEventListener("pointerleave", () => { hovered = null; show(); });
+  if (data.robots.length > 1) {
+    get("apart").hidden = false;
+    get("apart").firstChild.onchange = event => robots.stand(event.target.checked);
+  }
   plots.moved = show;
   await plots.show();
   show();

@@ -22,31 +22,46 @@ class Robots {
     this.makeAbove(document.getElementById("above"));
   }
 
+  // Each robot with its own ground, which moves below it; its place in the picture says nothing, so several stand apart.
   makeSide(view) {
-    const reach = 1.12 * Math.max(...this.robots.map(r => r.wheel_radius + r.height)) * MM;
+    const several = this.robots.length > 1, reach = 1.12 * Math.max(...this.robots.map(r => r.wheel_radius + r.height)) * MM;
     view.setAttribute("viewBox", `${-1.5 * reach} ${-1.06 * reach} ${3 * reach} ${1.42 * reach}`);
-    this.ground = svg(view, "g", {});
-    svg(this.ground, "line", {x1: -9 * reach, x2: 9 * reach, y1: 0, y2: 0, ...ink("#8a8a8a", 1), "stroke-width": 1.5});
+    this.gap = Math.min(1.1 * reach, 2.6 * reach / this.robots.length);
     this.tick = 0.1 * MM;
-    this.ticks = svg(this.ground, "g", {});
     const count = Math.ceil(3 * reach / this.tick);
-    for (let k = -count; k <= count; k++) {
-      svg(this.ticks, "line", {x1: k * this.tick, x2: k * this.tick - 12, y1: 0, y2: 14, ...ink("#b5b5b5", 1), "stroke-width": 1});
-    }
     for (const robot of this.robots) {
-      const r = robot.wheel_radius * MM, h = robot.height * MM, w = 0.07 * MM, soft = this.robots.length > 1 ? 0.12 : 1;
-      const group = svg(this.ground, "g", {transform: `translate(0 ${-r})`, class: "robot"});
+      const r = robot.wheel_radius * MM, h = robot.height * MM, w = 0.07 * MM, color = robot.color;
+      robot.side = svg(view, "g", {class: "side"});
+      robot.ground = svg(robot.side, "g", {});
+      const half = several ? this.gap / 2 : 9 * reach, marks = several ? Math.floor(half / this.tick) : count;
+      robot.floor = svg(robot.ground, "g", {class: "floor"});
+      svg(robot.floor, "line", {x1: -half, x2: half, y1: 0, y2: 0, ...ink("#8a8a8a", 1), "stroke-width": 1.5});
+      robot.ticks = svg(robot.floor, "g", {});
+      for (let k = -marks; k <= marks; k++) {
+        svg(robot.ticks, "line", {x1: k * this.tick, x2: k * this.tick - 12, y1: 0, y2: 14, ...ink("#b5b5b5", 1), "stroke-width": 1});
+      }
+      const group = svg(robot.ground, "g", {transform: `translate(0 ${-r})`, class: "robot"});
       robot.body = svg(group, "g", {class: "body"});
-      svg(robot.body, "rect", {x: -w / 2, y: -h, width: w, height: 0.96 * h, rx: 7, fill: soft < 1 ? robot.color : "#dfe9f3", "fill-opacity": soft, ...ink(robot.color, 1), "stroke-width": 1.8});
-      svg(robot.body, "line", {x1: -w / 2, x2: w / 2, y1: -0.72 * h, y2: -0.72 * h, ...ink(robot.color, 0.6), "stroke-width": 1.2});
-      svg(robot.body, "circle", {cx: w / 4, cy: -0.86 * h, r: 5, fill: robot.color});
+      svg(robot.body, "rect", {x: -w / 2, y: -h, width: w, height: 0.96 * h, rx: 7, fill: several ? color : "#dfe9f3", "fill-opacity": several ? 0.16 : 1, ...ink(color, 1), "stroke-width": 1.8});
+      svg(robot.body, "line", {x1: -w / 2, x2: w / 2, y1: -0.72 * h, y2: -0.72 * h, ...ink(color, 0.6), "stroke-width": 1.2});
+      svg(robot.body, "circle", {cx: w / 4, cy: -0.86 * h, r: 5, fill: color});
       robot.wheel = svg(group, "g", {class: "wheel"});
-      svg(robot.wheel, "circle", {r, fill: "#fff", "fill-opacity": soft < 1 ? 0.5 : 1, ...ink(soft < 1 ? robot.color : "#222", 1), "stroke-width": 2.4});
+      svg(robot.wheel, "circle", {r, fill: "#fff", "fill-opacity": several ? 0.5 : 1, ...ink(several ? color : "#222", 1), "stroke-width": 2.4});
       for (const angle of [0, 60, 120]) svg(robot.wheel, "line", {x1: -0.86 * r, x2: 0.86 * r, y1: 0, y2: 0, transform: `rotate(${angle})`, ...ink("#9a9a9a", 1), "stroke-width": 1});
       svg(robot.wheel, "circle", {r: 0.13 * r, fill: "#222"});
       robot.push = svg(group, "path", {fill: "none", ...ink("#c23b4e", 1), "stroke-width": 2.5});
     }
-    this.label = svg(view, "text", {x: 1.44 * reach, y: -0.93 * reach, "text-anchor": "end", "font-size": 0.085 * reach, fill: "#767676"});
+    const label = svg(view, "text", {x: 1.44 * reach, y: -0.93 * reach, "text-anchor": "end", "font-size": 0.085 * reach, class: "pitches"});
+    for (const robot of this.robots) robot.label = svg(label, "tspan", {fill: several ? robot.color : "#767676", dx: 0.05 * reach});
+    this.stand(several);
+  }
+
+  // Put the robots apart, or over each other.
+  stand(apart) {
+    this.robots.forEach((robot, i) => {
+      robot.side.setAttribute("transform", `translate(${apart ? (i - (this.robots.length - 1) / 2) * this.gap : 0} 0)`);
+      if (this.robots.length > 1) robot.floor.setAttribute("visibility", apart || i === 0 ? "inherit" : "hidden");
+    });
   }
 
   makeAbove(view) {
@@ -75,27 +90,26 @@ class Robots {
       const r = robot.wheel_radius * MM, t = robot.track_width / 2 * MM, several = this.robots.length > 1;
       robot.top = svg(view, "g", {class: "top"});
       for (const side of [-1, 1]) svg(robot.top, "rect", {x: -r, y: side * t - 10, width: 2 * r, height: 20, rx: 6, fill: several ? robot.color : "#444", "fill-opacity": several ? 0.5 : 1});
-      robot.roof = svg(robot.top, "rect", {x: -35, y: -0.8 * t, width: 70, height: 1.6 * t, rx: 8, fill: several ? robot.color : "#dfe9f3", "fill-opacity": several ? 0.15 : 1, ...ink(robot.color, 1), "stroke-width": 1.8});
+      robot.roof = svg(robot.top, "rect", {x: -35, y: -0.8 * t, width: 70, height: 1.6 * t, rx: 8, fill: several ? robot.color : "#dfe9f3", "fill-opacity": several ? 0.16 : 1, ...ink(robot.color, 1), "stroke-width": 1.8});
       svg(robot.top, "path", {d: `M ${r + 12} 0 l -16 -10 v 20 z`, fill: robot.color});
     }
   }
 
+  // A robot is shown while its log lasts.
   show(time) {
-    const first = this.robots[0].series;
-    const slope = first.slope ? first.slope.between(time) : 0;
-    this.ground.setAttribute("transform", `rotate(${-slope})`);
-    const travelled = first.wheel.between(time) * this.robots[0].wheel_radius * MM;
-    this.ticks.setAttribute("transform", `translate(${-(travelled % this.tick)} 0)`);
     for (const robot of this.robots) {
-      const {pitch, wheel, yaw, x, y, push} = robot.series;
-      const angle = pitch.between(time);
-      robot.body.setAttribute("transform", `rotate(${angle + slope})`);
+      const {pitch, wheel, yaw, x, y, push, slope} = robot.series;
+      const shown = pitch.covers(time), angle = pitch.between(time), tilt = slope ? slope.between(time) : 0;
+      for (const part of [robot.side, robot.top]) part.setAttribute("visibility", shown ? "visible" : "hidden");
+      robot.ground.setAttribute("transform", `rotate(${-tilt})`);
+      robot.ticks.setAttribute("transform", `translate(${-((wheel.between(time) * robot.wheel_radius * MM) % this.tick)} 0)`);
+      robot.body.setAttribute("transform", `rotate(${angle + tilt})`);
       robot.wheel.setAttribute("transform", `rotate(${wheel.between(time) * 180 / Math.PI})`);
       robot.top.setAttribute("transform", `translate(${x.between(time) * MM} ${-y.between(time) * MM}) rotate(${-yaw.between(time)})`);
       robot.roof.setAttribute("x", -35 + Math.sin(angle * Math.PI / 180) * robot.height * MM / 2);
       const force = push ? push.value(time) : 0, length = Math.sign(force) * Math.min(110, 30 + 8 * Math.abs(force)), h = robot.push_height * MM;
       robot.push.setAttribute("d", force ? `M ${-length - Math.sign(force) * 40} ${-h} h ${length} m ${-Math.sign(force) * 12} -9 l ${Math.sign(force) * 12} 9 l ${-Math.sign(force) * 12} 9` : "");
+      robot.label.textContent = shown ? `${number(angle, 10)}°` : "–";
     }
-    this.label.textContent = this.robots.map(r => `${number(r.series.pitch.between(time), 10)}°`).join("   ");
   }
 }
