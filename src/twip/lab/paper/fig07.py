@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..drawing import ORANGE, REAL, RED, THIN, label, legend, picture
+from ..drawing import ORANGE, RED, picture
 from ..numbers import fundamental, phase_lag
 from .checks import Check, Result
 from .laboratory import Laboratory
-from .swing import FAST, FAST_FREQUENCY, SLOW, encoder_pitch, swings
+from .swing import FAST, FAST_FREQUENCY, SLOW, draw_estimates, encoder_pitch, swings
 
 CLOSE = 1.0
 """An estimate is close to the real pitch when its rms error stays below, in degrees."""
@@ -52,14 +52,12 @@ def run(laboratory: Laboratory) -> Result:
             (right, (FAST[0], FAST[0] + 2.0), "fast, 3 Hz"),
         ):
             part = first.during(begin, end)
-            axes.plot(part.times, np.degrees(encoder_pitch(part)), label="real (encoder)", **REAL)
-            axes.plot(
-                part.times, part.degrees("estimator.pitch_arctan"), color=RED, label="accelerometer, arctan", **THIN
+            draw_estimates(
+                axes,
+                part,
+                ("pitch_arctan", "accelerometer, arctan", RED, "-"),
+                ("pitch_arcsin", "accelerometer, arcsin", ORANGE, "--"),
             )
-            axes.plot(part.times, part.degrees("estimator.pitch_arcsin"), color=ORANGE,
-                      linestyle="--", label="accelerometer, arcsin", **THIN)  # fmt: skip
             axes.set_title(words)
             axes.set_xlim(begin, min(end, part.times[-1]))
-            label(axes, "pitch [°]")
-            legend(axes)
     return Result("fig07", "Pitch by the accelerometer alone", checks, (swung.experiment.command(),))

@@ -1,11 +1,9 @@
 """Fig 10: the lever-arm correction of eqs (43) and (44), with the right signs and as printed."""
 
-import numpy as np
-
-from ..drawing import ORANGE, REAL, RED, THIN, label, legend, picture
+from ..drawing import ORANGE, RED, picture
 from .checks import Check, Result
 from .laboratory import Experiment, Laboratory, Run
-from .swing import FAST, PRINTED_SIGNS, encoder_pitch, error, swings
+from .swing import FAST, PRINTED_SIGNS, draw_estimates, error, swings
 
 
 def run(laboratory: Laboratory) -> Result:
@@ -34,24 +32,12 @@ def run(laboratory: Laboratory) -> Result:
         shown: tuple[tuple[Run, str], ...] = ((swung.runs[0], "right signs"), (wrong[0], "printed signs"))
         for axes, (recorded, words) in zip((top, low), shown, strict=True):
             part = recorded.during(FAST[0], FAST[0] + 2.0)
-            axes.plot(part.times, np.degrees(encoder_pitch(part)), label="real (encoder)", **REAL)
-            axes.plot(
-                part.times,
-                part.degrees("estimator.pitch_arctan"),
-                color=ORANGE,
-                linestyle="--",
-                label=r"uncorrected $\psi_{acc}$",
-                **THIN,
-            )
-            axes.plot(
-                part.times,
-                part.degrees("estimator.pitch_lever_arm"),
-                color=RED,
-                label=rf"corrected $\psi_{{mod}}$, {words}",
-                **THIN,
+            draw_estimates(
+                axes,
+                part,
+                ("pitch_arctan", r"uncorrected $\psi_{acc}$", ORANGE, "--"),
+                ("pitch_lever_arm", rf"corrected $\psi_{{mod}}$, {words}", RED, "-"),
             )
             axes.set_title(words)
             axes.set_xlim(part.times[0], part.times[-1])
-            label(axes, "pitch [°]")
-            legend(axes)
     return Result("fig10", "Lever-arm correction", checks, (kept.command(), printed.command()))

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..drawing import REAL, RED, THIN, label, legend, picture
+from ..drawing import RED, THIN, label, picture
 from .checks import Check, Result
 from .laboratory import Laboratory
-from .swing import FAST, SLOW, STOP, encoder_pitch, swings
+from .swing import FAST, SLOW, STOP, draw_estimates, encoder_pitch, swings
 
 
 def run(laboratory: Laboratory) -> Result:
@@ -25,10 +25,7 @@ def run(laboratory: Laboratory) -> Result:
         zoom,
     ):
         for axes in (top, zoom):
-            axes.plot(first.times, np.degrees(encoder_pitch(first)), label="real (encoder)", **REAL)
-            axes.plot(first.times, first.degrees("estimator.pitch"), color=RED, label="Kalman filter", **THIN)
-            label(axes, "pitch [°]")
-            legend(axes)
+            draw_estimates(axes, first, ("pitch", "Kalman filter", RED, "-"))
         difference = first.degrees("estimator.pitch") - np.degrees(encoder_pitch(first))
         low.plot(first.times, difference, color=RED, **THIN)
         label(low, "error [°]")

@@ -1,12 +1,10 @@
 """Fig 12: pitch through a second-order low-pass of 5 Hz instead of the Kalman filter."""
 
-import numpy as np
-
-from ..drawing import BLUE, ORANGE, REAL, RED, THIN, label, legend, picture
+from ..drawing import BLUE, ORANGE, RED, picture
 from ..numbers import phase_lag
 from .checks import Check, Result
 from .laboratory import Laboratory
-from .swing import FAST, FAST_FREQUENCY, encoder_pitch, swings
+from .swing import FAST, FAST_FREQUENCY, draw_estimates, encoder_pitch, swings
 
 
 def run(laboratory: Laboratory) -> Result:
@@ -36,24 +34,12 @@ def run(laboratory: Laboratory) -> Result:
     with picture(
         laboratory.out / "fig12.png", "Fig 12: pitch through a second-order low-pass of 5 Hz, fast motion", (3.6,)
     ) as (axes,):
-        axes.plot(part.times, np.degrees(encoder_pitch(part)), label="real (encoder)", **REAL)
-        axes.plot(
-            part.times,
-            part.degrees("estimator.pitch_low_pass"),
-            color=ORANGE,
-            linestyle="--",
-            label=r"low-pass on $\psi_{acc}$",
-            **THIN,
+        draw_estimates(
+            axes,
+            part,
+            ("pitch_low_pass", r"low-pass on $\psi_{acc}$", ORANGE, "--"),
+            ("pitch_lever_arm_low_pass", r"low-pass on $\psi_{mod}$", BLUE, "-"),
+            ("pitch", "Kalman filter", RED, "-"),
         )
-        axes.plot(
-            part.times,
-            part.degrees("estimator.pitch_lever_arm_low_pass"),
-            color=BLUE,
-            label=r"low-pass on $\psi_{mod}$",
-            **THIN,
-        )
-        axes.plot(part.times, part.degrees("estimator.pitch"), color=RED, label="Kalman filter", **THIN)
         axes.set_xlim(part.times[0], part.times[-1])
-        label(axes, "pitch [°]")
-        legend(axes)
     return Result("fig12", "Second-order low-pass of 5 Hz", checks, (swung.experiment.command(),))

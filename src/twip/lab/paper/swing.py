@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from ...robot.parameters import value
+from ..drawing import REAL, THIN, label, legend
 from .laboratory import Array, Experiment, Laboratory, Run
 
 Motion = Callable[[Array], Array]
@@ -102,6 +104,16 @@ def encoder_pitch(run: Run) -> Array:
     """
     counts = 0.5 * (run["left.encoder_count"] + run["right.encoder_count"]) + 0.5
     return -counts * (2.0 * np.pi / (value("encoder_resolution") * value("gear_ratio")))
+
+
+def draw_estimates(axes: Axes, part: Run, *estimates: tuple[str, str, str, str]) -> None:
+    """Draw the encoder's pitch and estimates of it: each a name, a label, a colour and a line style."""
+    axes.plot(part.times, np.degrees(encoder_pitch(part)), label="real (encoder)", **REAL)
+    for name, words, color, style in estimates:
+        shown = part.degrees(f"estimator.{name}")
+        axes.plot(part.times, shown, color=color, linestyle=style, label=words, **THIN)
+    label(axes, "pitch [°]")
+    legend(axes)
 
 
 @dataclass(frozen=True)

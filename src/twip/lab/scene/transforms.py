@@ -13,6 +13,8 @@ from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto
 from google.protobuf.timestamp_pb2 import DESCRIPTOR as TIMESTAMP_FILE
 from numpy.typing import NDArray
 
+from ...cosim.log_schema import varint
+
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 """Numbers of a pose: translation in m, rotation as a unit quaternion."""
 VARINT = 5
@@ -56,7 +58,7 @@ class TransformChannel:
         moving: list[Column] = []
         for frame in frames:
             content, stamp, numbers = _transform(frame)
-            message += b"\x0a" + _varint(len(content))
+            message += b"\x0a" + varint(len(content))
             numbers = [len(message) + at for at in numbers]
             stamps.append(len(message) + stamp)
             sines.append(numbers[POSE.index(f"q{frame.axis}")])
@@ -102,14 +104,14 @@ class TransformChannel:
 def _transform(frame: Frame) -> tuple[bytes, int, list[int]]:
     """Return a `FrameTransform`, where its timestamp's content begins, and where the numbers of `POSE` begin."""
     parent, child = frame.parent.encode(), frame.name.encode()
-    message = bytearray(b"\x0a" + _varint(2 * (VARINT + 1)) + b"\x08")  # timestamp: seconds
+    message = bytearray(b"\x0a" + varint(2 * (VARINT + 1)) + b"\x08")  # timestamp: seconds
     stamp = len(message)
     message += bytes(VARINT) + NANOS + bytes(VARINT)
-    message += b"\x12" + _varint(len(parent)) + parent + b"\x1a" + _varint(len(child)) + child
+    message += b"\x12" + varint(len(parent)) + parent + b"\x1a" + varint(len(child)) + child
     pose = [0.0 if isinstance(place, Column) else place for place in frame.place] + [0.0, 0.0, 0.0, 1.0]
     numbers = []
     for tag, values in ((b"\x22", pose[:3]), (b"\x2a", pose[3:])):  # translation, rotation
-        message += tag + _varint(9 * len(values))
+        message += tag + varint(9 * len(values))
         for number, value in enumerate(values, 1):
             message += bytes([number << 3 | 1])
             numbers.append(len(message))
@@ -123,15 +125,6 @@ def _padded(values: NDArray[np.uint64]) -> NDArray[np.uint8]:
     groups = (values[:, None] >> shifts & np.uint64(0x7F)).astype(np.uint8)
     groups[:, :-1] |= 0x80
     return groups
-
-
-def _varint(value: int) -> bytes:
-    data = bytearray()
-    while value > 0x7F:
-        data.append(value & 0x7F | 0x80)
-        value >>= 7
-    data.append(value)
-    return bytes(data)
 
 
 def _schema() -> bytes:
