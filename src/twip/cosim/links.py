@@ -169,31 +169,24 @@ def convert_along(edges: tuple[Edge, ...], problems: Problems, unit: Unit | None
     """
     if family(_steps(edges)[0][1][0]) != "Real":
         return Conversion(IDENTITY, _map_along(edges, problems))
-    first = edges[0].source
+    first, last = edges[0].source, edges[-1].target
     unit = first.unit or unit
-    step = first.label(unit)
-    result = IDENTITY
-    try:
-        if first.variable is not None:
-            result = conversion(first.variable.unit, unit)
-        for edge in edges:
-            target = edge.target
-            if edge.connection.suppress_unit_conversion:
-                unit = target.unit
-            else:
-                step = f"{edge.source.label(unit)} → {target.label()}"
-                result = result.then(conversion(unit, target.unit))
-                unit = target.unit or unit
-            if edge.connection.transformation is not None:
-                result = result.then(edge.connection.transformation.affine)
-        last = edges[-1].target
-        if last.variable is not None:
-            step = f"{last.label()} → the variable's unit {last.variable.unit.name if last.variable.unit else ''}"
-            result = result.then(conversion(unit, last.variable.unit) if unit is last.unit else IDENTITY)
-    except UnitMismatchError as mismatch:
-        problems.add(f"{step}: {mismatch}", edge.connection.place)
-        return None
-    return Conversion(result)
+    # the units of a component's connector and variable fit: wiring has refused the others
+    result = IDENTITY if first.variable is None else conversion(first.variable.unit, unit)
+    for edge in edges:
+        if edge.connection.suppress_unit_conversion:
+            unit = edge.target.unit
+        else:
+            try:
+                result = result.then(conversion(unit, edge.target.unit))
+            except UnitMismatchError as mismatch:
+                ends = f"{edge.source.label(unit)} → {edge.target.label()}"
+                problems.add(f"{ends}: {mismatch}", edge.connection.place)
+                return None
+            unit = edge.target.unit or unit
+        if edge.connection.transformation is not None:
+            result = result.then(edge.connection.transformation.affine)
+    return Conversion(result if last.variable is None else result.then(conversion(last.unit, last.variable.unit)))
 
 
 def _map_along(edges: tuple[Edge, ...], problems: Problems) -> Mapping | None:

@@ -8,7 +8,7 @@ from .kinds import ALLOWED, refusal
 from .links import Edge, Key, Link, Port, full_name, trace
 from .problems import Problems
 from .structure import ComponentElement, Connection, Connector, DictionaryReference, Document, SystemElement, join
-from .units import lookup
+from .units import UnitMismatchError, conversion, lookup
 from .value_types import Enumeration, canonical
 
 
@@ -89,6 +89,12 @@ class _Wirer:
         if connector.type.unit:
             unit = lookup(connector.type.unit, document.units, fmu.units)
             self._warn_of_unit(connector, document)
+            try:
+                conversion(variable.unit, unit)
+            except UnitMismatchError as mismatch:
+                have, want = connector.type.unit, variable.unit.name if variable.unit else ""
+                self.problems.add(f"{label}: is in {have}, but in {want} in {fmu.name}: {mismatch}", connector.place)
+                return
         self.ports[path, connector.name] = Port(
             (path, variable.name), connector.kind, variable.type, unit, variable, connector.place, variable.items
         )
