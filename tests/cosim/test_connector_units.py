@@ -25,7 +25,9 @@ def kelvin(folder):
         ("u> y<:Real[ell]", "a.y: is in ell", "unit ell has no definition"),
     ],
 )
-def test_a_unit_that_measures_something_else_is_refused_where_it_stands(folder, kelvin, wires, ports, connector, reason):
+def test_a_unit_that_measures_something_else_is_refused_where_it_stands(
+    folder, kelvin, wires, ports, connector, reason
+):
     body = system([component("a", kelvin, ports), component("b", kelvin, "u> y<")], wires)
     path = write(folder, body, tail=units("m m=1") + TAIL)
     place = f"SystemStructure.ssd line {line_of(path, 'k.fmu')}"
