@@ -59,7 +59,10 @@ def check(
     swap: Mapping[str, PathLike] | None = None,
     swap_map: Mapping[str, PathLike] | None = None,
 ) -> list[str]:
-    """Return the problems that `load` would raise, one line each; an empty list when the system would run."""
+    """Return the problems that `load` would raise, one line each, and whether the FMUs can share a process.
+
+    Times, coupling and scenario of a run are checked by `simulate` before anything is instantiated.
+    """
     system, problems = _load(pathlib.Path(path), ssd, parameters, start_values, swap, swap_map)
     return problems.lines + ([] if system is None else cannot_share_a_process(system))
 
