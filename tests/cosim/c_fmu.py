@@ -14,7 +14,7 @@ WHERE = {
     )
 }
 WHAT = {"warning": 1, "discard": 2, "error": 3, "fatal": 4, "pending": 5} | {
-    name: i for i, name in enumerate(("crash", "quit", "loop", "abort", "print", "talk", "leak", "strange"), 10)
+    name: i for i, name in enumerate(("crash", "quit", "loop", "abort", "print", "talk", "leak", "strange", "end"), 10)
 }
 
 

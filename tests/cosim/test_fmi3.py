@@ -204,7 +204,6 @@ def test_every_status_of_a_step(c_folder, loop):
         2: "fmi3DoStep returned discard: 100%s sure: no",
         3: "fmi3DoStep returned error: out of range",
         4: "fmi3DoStep returned fatal: broken",
-        5: "fmi3DoStep asked to end the simulation (terminateSimulation)",
         6: "fmi3DoStep returned early, at 0.4375 s, which it was not allowed to",
     }
     for mode, text in ends.items():
@@ -214,6 +213,16 @@ def test_every_status_of_a_step(c_folder, loop):
                 simulate(loaded, sinks=[table], loop=loop, step_size=0.125)
         assert str(failure.value) == f"b failed at t = 0.375 s: {text}"
         assert table.times.tolist() == [0.0, 0.125, 0.25, 0.375]
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+def test_an_fmu_that_asks_for_it_ends_the_run(c_folder, loop, isolate):
+    path = write(c_folder, system([echo("a"), echo("b", "echo3.fmu")]))
+    table, result = run(path, loop=None if isolate else loop, isolate=isolate, start_values={"b.mode": 5, "b.at": 0.5})
+    said = "b asked to end the simulation, at t = 0.5 s, in the step from t = 0.375 s"
+    assert (result.ended, result.time, result.interrupted) == (said, 0.375, False)
+    assert table.times.tolist() == [0.0, 0.125, 0.25, 0.375]
+    assert [(e.time, e.level, e.text) for e in table.events] == [(0.375, "info", said)]
 
 
 def test_warnings_and_events_without_event_mode_do_not_end_a_run(c_folder, loop):

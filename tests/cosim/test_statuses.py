@@ -46,6 +46,20 @@ def test_a_status_in_a_step_ends_the_run_after_the_rows_before(faulty_folder, wa
     assert table.events[-1].text == failure
 
 
+@pytest.mark.parametrize("way", ["compiled", "python", "isolated"])
+def test_a_discarded_step_by_which_the_fmu_wants_to_end_ends_the_run(faulty_folder, way):
+    """fmi2Discard, and fmi2Terminated is true."""
+    with load(chain(faulty_folder), start_values=demand("step", "end", 0.5)) as loaded:
+        table = Table(loaded.channels)
+        options = {"isolate": True} if way == "isolated" else {"loop": way}
+        result = simulate(loaded, sinks=[table], step_size=0.1, coupling="gauss-seidel", **options)
+    said = "bad asked to end the simulation, at t = 0.525 s, in the step from t = 0.5 s"
+    assert (result.ended, result.time, result.steps) == (said, 0.5, 5)
+    assert table.times.tolist() == [k * 0.1 for k in range(6)]
+    assert table["bad.z"].tolist() == [2.0 * k for k in range(6)]
+    assert [(e.level, e.text) for e in table.events] == [("info", said)]
+
+
 @pytest.mark.parametrize(
     ("where", "function"), [("enter", "EnterInitializationMode"), ("exit", "ExitInitializationMode")]
 )

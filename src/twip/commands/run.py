@@ -220,7 +220,12 @@ def summary(result: Result) -> dict[str, object]:
         found["deadlines"] = {
             name: getattr(result.real_time, name) for name in ("factor", "deadlines", "missed", "worst_lateness")
         }
-    return found | {"interrupted": result.interrupted, "warnings": result.warnings, "values": result.values}
+    return found | {
+        "interrupted": result.interrupted,
+        "ended": result.ended,
+        "warnings": result.warnings,
+        "values": result.values,
+    }
 
 
 def print_result(result: Result) -> None:
@@ -233,6 +238,7 @@ def print_result(result: Result) -> None:
         steps = f"{steps[:-1]}, {result.iterations / max(result.steps, 1):.1f} iterations per step)"
     print_rows(
         ("interrupted at" if result.interrupted else "simulated to", f"{result.time:g} s{start} in {steps}"),
+        ("ended", result.ended or None),
         ("start-up", f"{result.setup_time:.2f} s"),
         ("real-time factor", f"{result.real_time_factor:.1f} ({result.wall_time:.2f} s)"),
         ("real time", result.real_time),

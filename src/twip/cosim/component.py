@@ -35,6 +35,10 @@ class ComponentError(TwipError):
     """Whether a smaller step from an earlier state may succeed."""
 
 
+class EndRequestedError(ComponentError):
+    """A component asks to end the simulation, which is no failure; the step that it was asked in is not done."""
+
+
 def _guard_exit(library: str) -> bool:
     """Shut a pythonfmu library down before the process exits, once per library; False for other libraries.
 
@@ -223,6 +227,15 @@ class Instance(ABC):
         lines = dict.fromkeys(line for text in texts[-2:] if (line := one_line(text)))
         said = f": {'; '.join(lines)}" if lines else ""
         return ComponentError(f"{self.name} failed at t = {self._time:.12g} s: {function} {what}{said}")
+
+    def end_request(self, reached: float | None) -> EndRequestedError:
+        """Return what the instance asks for, having come to the time `reached` in s if it tells."""
+        known = "" if reached is None else f", at t = {reached:.12g} s"
+        request = EndRequestedError(
+            f"{self.name} asked to end the simulation{known}, in the step from t = {self._time:.12g} s"
+        )
+        request.repeatable = True
+        return request
 
     def check(self, function: str, status: int) -> None:
         """Raise `ComponentError` unless `status` is ok or warning."""

@@ -10,7 +10,7 @@ from .component import DISCARD, Access, Instance
 from .messages import Callbacks
 from .text_access import text_getter, text_setter
 
-_LAST_SUCCESSFUL_TIME = 2
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 _C_TYPES = {"Real": fmi2Real, "Integer": fmi2Integer, "Boolean": fmi2Boolean, "String": fmi2String}
 
 
@@ -70,7 +70,7 @@ class Fmi2Instance(Instance):
 
     def check_step(self, status: int) -> None:
         """Raise `ComponentError` unless a step with this status has succeeded; that of a discarded one says how far it
-        came, if the FMU tells (FMI 2.0.4 section 4.2.3).
+        came, if the FMU tells, and is an `EndRequestedError` if the FMU wants no further step (FMI 2.0.4 section 4.2.3).
         """
         if status != DISCARD:
             super().check_step(status)
@@ -79,6 +79,10 @@ class Fmi2Instance(Instance):
         time = fmi2Real(math.nan)
         asked = self._function("fmi2GetRealStatus")(self.handle, _LAST_SUCCESSFUL_TIME, ctypes.byref(time))
         known = asked in (0, 1) and math.isfinite(time.value)
+        ended = fmi2Boolean(0)
+        asked = self._function("fmi2GetBooleanStatus")(self.handle, _TERMINATED, ctypes.byref(ended))
+        if asked in (0, 1) and ended.value:
+            raise self.end_request(time.value if known else None)
         failure = self.failure(
             "fmi2DoStep", f"returned discard{f' (computed until t = {time.value:.12g} s)' if known else ''}"
         )

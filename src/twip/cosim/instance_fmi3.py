@@ -129,11 +129,13 @@ class Fmi3Instance(Instance):
             self.check_step(status)
 
     def check_step(self, status: int) -> None:
-        """Raise `ComponentError` unless a step with this status has succeeded; `UNFIT` needs a closer look."""
+        """Raise `ComponentError` unless a step with this status has succeeded; `UNFIT` needs a closer look:
+        `EndRequestedError` if the FMU wants no further step.
+        """
         if status != UNFIT:
             super().check_step(status)
         elif self._terminate.value:
-            raise self.failure("fmi3DoStep", "asked to end the simulation (terminateSimulation)")
+            raise self.end_request(self._reached.value)
         else:
             raise self.failure(
                 "fmi3DoStep", f"returned early, at {self._reached.value:.12g} s, which it was not allowed to"

@@ -22,16 +22,17 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from .component import ComponentError, one_line
+from .component import ComponentError, EndRequestedError, one_line
 from .execution import Vector
 from .isolation_wire import (
     ADVANCE,
     CALL,
     DONE,
+    END,
+    FINAL,
     MESSAGE,
     NUMBER,
     NUMBER_OF,
-    REPEATABLE,
     START,
     STEP,
     TEXT_OF,
@@ -292,8 +293,9 @@ class IsolatedInstance:
             raise
         if kind == DONE:
             return payload
-        failure = ComponentError(payload[1:].decode("utf-8", "replace"))
-        failure.repeatable = payload[:1] == REPEATABLE
+        kind_of, text = payload[:1], payload[1:].decode("utf-8", "replace")
+        failure = EndRequestedError(text) if kind_of == END else ComponentError(text)
+        failure.repeatable = kind_of != FINAL
         raise failure
 
     def _take(self, kind: int, payload: bytes) -> None:

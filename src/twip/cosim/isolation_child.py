@@ -16,12 +16,14 @@ import numpy as np
 
 from ..errors import TwipError
 from . import texts
-from .component import ComponentError
+from .component import ComponentError, EndRequestedError
 from .instantiate import instantiate
 from .isolation_wire import (
     ADVANCE,
     DONE,
+    END,
     FAILED,
+    FINAL,
     GETTING,
     MESSAGE,
     NUMBER,
@@ -127,9 +129,9 @@ def serve(wire: Wire, memory: int) -> None:
 
 
 def told(error: TwipError) -> bytes:
-    """Return a failure as the run raises it again: whether it is repeatable, and its text."""
-    repeatable = isinstance(error, ComponentError) and error.repeatable
-    return (REPEATABLE if repeatable else b"0") + str(error).encode("utf-8", "replace")
+    """Return a failure as the run raises it again: its kind and its text."""
+    kind = REPEATABLE if isinstance(error, ComponentError) and error.repeatable else FINAL
+    return (END if isinstance(error, EndRequestedError) else kind) + str(error).encode("utf-8", "replace")
 
 
 def die_with(parent: int) -> None:

@@ -27,8 +27,10 @@ MESSAGE, NUMBER_OF, TEXT_OF = range(5, 8)
 by a frame of the same kind.
 """
 NUMBER = struct.Struct("<d")
-REPEATABLE = b"1"
-"""First byte of a failure after which a smaller step from an earlier state may succeed."""
+FINAL, REPEATABLE, END = b"0", b"1", b"2"
+"""First byte of a failure: for good, one after which a smaller step from an earlier state may succeed, and the request
+to end the simulation.
+"""
 SETTING, STEPPING, GETTING = range(3)
 """What an instance is at within a step."""
 STEP = struct.Struct("<ddddd")

@@ -108,6 +108,8 @@ class Result:
     """Time spent unpacking, instantiating, compiling and initializing, in s."""
     interrupted: bool
     """Whether a signal ended the run before its stop time."""
+    ended: str
+    """Which component ended the run before its stop time, and when; empty if none did."""
     values: dict[str, float | str]
     """The last row by column name; a String as its text."""
     warnings: tuple[str, ...] = ()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import TwipError
 from .checkpoint import Checkpoint, InputDigest, Saving, identify
+from .component import EndRequestedError
 from .coupling import Coupling
 from .delivery import Delivery, writing
 from .execution import Execution, vector
@@ -113,6 +114,7 @@ class Run:
         self._texts = [i for i, type_ in enumerate(types) if type_ == "String"]
         self._texts += self.faults.hidden(self._texts)
         self.delivered = self.completed = False
+        self.ended = ""
         self.saved: int | None = None
         self._identity = identify(system, grid, self.coupling, self.scenario)
         self._digest = InputDigest(self.inputs, grid)
@@ -132,6 +134,9 @@ class Run:
                 elif execution is not None and loop is not None:
                     self._advance(loop, execution)
                 self.completed = True
+            except EndRequestedError as request:
+                self.ended = str(request)
+                self._say("info", self.ended)
             except TwipError as failure:
                 self._say("error", str(failure))
                 raise
@@ -150,6 +155,7 @@ class Run:
             wall_time=stopped - started,
             setup_time=started - begin,
             interrupted=interrupted,
+            ended=self.ended,
             values=values,
             warnings=tuple(self.warnings),
             checkpoint=self.saving.path if self.saving is not None and self.saved is not None else None,

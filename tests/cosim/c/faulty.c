@@ -20,7 +20,7 @@ typedef struct {
 } Callbacks;
 
 enum { SETUP = 1, ENTER, EXIT, SET, STEP, GET, TERMINATE, FREE, RESET, SAVE, RESTORE };
-enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING, CRASH = 10, QUIT, LOOP, ABORT, PRINT, TALK, LEAK, NOT_A_STATUS };
+enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING, CRASH = 10, QUIT, LOOP, ABORT, PRINT, TALK, LEAK, NOT_A_STATUS, END };
 
 typedef struct {
     Callbacks callbacks;
@@ -46,6 +46,7 @@ static int act(State *s, int what) {
         return OK;
     case LEAK: return malloc(1 << 20) ? OK : ERROR;
     case NOT_A_STATUS: return -7;
+    case END: return DISCARD;
     }
     if (what > OK && what <= PENDING)
         s->callbacks.log(s->callbacks.environment, s->name, what, "log", "status %d on demand", what);
@@ -118,7 +119,10 @@ int fmi2GetRealStatus(Instance c, int kind, double *value) {
     return kind == 2 ? OK : DISCARD;
 }
 int fmi2GetIntegerStatus(Instance c, int kind, int *value) { return DISCARD; }
-int fmi2GetBooleanStatus(Instance c, int kind, int *value) { return DISCARD; }
+int fmi2GetBooleanStatus(Instance c, int kind, int *value) {
+    *value = ((State *)c)->what == END;
+    return kind == 3 ? OK : DISCARD;
+}
 int fmi2GetStringStatus(Instance c, int kind, const char **value) { return DISCARD; }
 int fmi2SetRealInputDerivatives(Instance c, const unsigned r[], size_t n, const int o[], const double v[]) { return ERROR; }
 int fmi2GetRealOutputDerivatives(Instance c, const unsigned r[], size_t n, const int o[], double v[]) { return ERROR; }
