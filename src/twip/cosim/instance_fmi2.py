@@ -70,7 +70,7 @@ class Fmi2Instance(Instance):
 
     def check_step(self, status: int) -> None:
         """Raise `ComponentError` unless a step with this status has succeeded; that of a discarded one says how far it
-        came, if the FMU tells, and is an `EndRequestedError` if the FMU wants no further step (FMI 2.0.4 section 4.2.3).
+        came, if the FMU tells; `EndRequestedError` if the FMU wants no further step (FMI 2.0.4 section 4.2.3).
         """
         if status != DISCARD:
             super().check_step(status)
@@ -81,7 +81,8 @@ class Fmi2Instance(Instance):
         known = asked in (0, 1) and math.isfinite(time.value)
         ended = fmi2Boolean(0)
         asked = self._function("fmi2GetBooleanStatus")(self.handle, _TERMINATED, ctypes.byref(ended))
-        if asked in (0, 1) and ended.value:
+        # pythonfmu says so of every step that its Python code calls failed
+        if asked in (0, 1) and ended.value and not self._stays_loaded:
             raise self.end_request(time.value if known else None)
         failure = self.failure(
             "fmi2DoStep", f"returned discard{f' (computed until t = {time.value:.12g} s)' if known else ''}"
