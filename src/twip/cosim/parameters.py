@@ -10,17 +10,14 @@ import difflib
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 
+from .assigned import Assigned
 from .fmu import Fmu, Variable
-from .kinds import GIVING
-from .links import Conversion, Key, Port, convert_along, full_name
+from .links import Key, Port, full_name
 from .problems import Place, Problems
-from .scalar_types import EXACT, misfit, to_float32
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet
 from .units import Unit, lookup
-from .value_types import family
-from .values import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, parse_value, take
-from .wiring import Wiring
+from .values import Value, Written, parse_value
 
 _NAMED = 10
 """Most names in one warning."""
@@ -39,20 +36,15 @@ class Scope:
     from_caller: bool = False
 
 
-@dataclass
-class Assignments:
-    """Collects values by target; a later one replaces an earlier one."""
+@dataclass(kw_only=True)
+class Assignments(Assigned):
+    """Finds the targets of values by name."""
 
     fmus: Mapping[str, Fmu]
-    wiring: Wiring
-    problems: Problems
     units: Mapping[Key, Unit]
     """Of values in the system's description that have none, where it is not that of the variable."""
     unreadable: Set[str] = frozenset()
     """Paths of the components whose FMU cannot be read: nobody knows their variables."""
-    variables: dict[Key, StartValue] = field(default_factory=dict)
-    connectors: dict[Key, float] = field(default_factory=dict)
-    """Values given to system connectors, in the connector's unit."""
     callers: dict[Key, Place] = field(default_factory=dict)
     """What the caller or a parameter file of the caller gives a value to."""
     unchecked: dict[str, None] = field(default_factory=dict)
@@ -73,10 +65,6 @@ class Assignments:
         more.problems, more.callers = problems, {}
         more.variables, more.connectors = dict(self.variables), dict(self.connectors)
         return more
-
-    def of(self, path: str) -> tuple[StartValue, ...]:
-        """Return the start values of the component at a dotted path."""
-        return tuple(value for key, value in self.variables.items() if key[0] == path)
 
     def apply_set(self, parameters: ParameterSet, scope: Scope, mapping: ParameterMapping | None = None) -> None:
         """Apply a parameter set to a component or system; with a mapping, only what it names."""
@@ -126,7 +114,7 @@ class Assignments:
                     transformation=entry.transformation,
                     suppress_unit_conversion=entry.suppress_unit_conversion,
                 )
-            self._assign(key, target, written)
+            self.assign(key, target, written)
         return bool(matches) or scope.from_caller or self._is_unreadable(scope, name)
 
     def _is_unreadable(self, scope: Scope, name: str) -> bool:
@@ -141,7 +129,7 @@ class Assignments:
             for key, target in self._find(Scope("", "", {}, from_caller=True), name, place):
                 self.callers[key] = place
                 text = str(value).lower() if isinstance(value, bool) else str(value)
-                self._assign(key, target, Written(text, None, None, place))
+                self.assign(key, target, Written(text, None, None, place))
 
     def apply_constants(self) -> None:
         """Give parameters that a constant of another component feeds its value."""
@@ -154,10 +142,10 @@ class Assignments:
             if value is None:
                 self.problems.add(f"{link.label}: the constant has no value that could be passed", place)
             elif isinstance(value, str):
-                self._set_variable(key, variable, value, place)
+                self.set_variable(key, variable, value, place)
             else:
-                moved = self._converted(link.conversion, value, variable, link.label, place)
-                self._set_variable(key, variable, moved, place)
+                moved = self.converted(link.conversion, value, variable, link.label, place)
+                self.set_variable(key, variable, moved, place)
 
     def _find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
         path = scope.path
@@ -168,96 +156,6 @@ class Assignments:
             close = difflib.get_close_matches(name, self._names, 1)
             self.problems.add(f"unknown parameter {name}" + (f", did you mean {close[0]}?" if close else ""), place)
         return matches
-
-    def _assign(self, key: Key, target: Variable | Port, written: Written) -> None:
-        if isinstance(target, Port):
-            self._forward(target, written)
-            return
-        place = dataclasses.replace(written.place, component=key[0])
-        written = dataclasses.replace(written, place=place)
-        if target.obstacle:
-            self.problems.add(f"{target.name} cannot be set: {target.obstacle}", place)
-            return
-        value = take(target.name, target.type, target.items, target.unit, written, self.problems)
-        self._set_variable(key, target, value, place)
-
-    def _set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
-        if value is None:
-            return
-        if not isinstance(value, str):
-            value = to_float32(value) if variable.type == "Float32" else value
-            travels = variable.causality in ("input", "output") or family(variable.type) == "Real"
-            if (travels or abs(value) <= EXACT) and (why := misfit(variable.recorded_type, value)):
-                self.problems.add(f"{variable.name} cannot be set: {value} is a value {why}", place)
-                return
-        self.variables[key] = StartValue(variable, value, place)
-
-    def _forward(self, port: Port, written: Written) -> None:
-        """Give a value to a system connector: it becomes the start value of every component variable behind it."""
-        if port.kind not in GIVING:
-            self._backward(port, written)
-            return
-        place = written.place
-        links = [
-            (key, link)
-            for key, link in sorted(self.wiring.links.items())
-            if any(e.source.key == port.key for e in link.edges)
-        ]
-        behind = [e.target for _, link in links for e in link.edges]
-        if port.key in self.wiring.severed and port.type is None:
-            return  # its type is that of what it leads to
-        type_ = port.type or next((p.type for p in behind if p.type), "Real")
-        items = port.items or next((p.items for p in behind if p.items), ())
-        name = full_name(port.key)
-        value = take(name, type_, items, port.unit, written, self.problems)
-        if value is None:
-            return
-        if port.kind == "input" and (why := cannot_travel(type_, value)):
-            self.problems.add(f"{name} cannot be set: {value} is a value {why}", place)
-            return
-        self.connectors[port.key] = in_vector(value)
-        for key, link in links:
-            first = next(i for i, edge in enumerate(link.edges) if edge.source.key == port.key)
-            variable = link.edges[-1].target.variable
-            converted = convert_along(link.edges[first:], self.problems, port.unit or written.unit)
-            if variable is not None and converted is not None:
-                own = dataclasses.replace(place, component=key[0])
-                label = f"{name} → {full_name(key)}"
-                inner = value if isinstance(value, str) else self._converted(converted, value, variable, label, own)
-                self._set_variable(key, variable, inner, own)
-
-    def _backward(self, port: Port, written: Written) -> None:
-        """Give a value to a connector that a component feeds: it becomes the start value of the output."""
-        link = self.wiring.links.get(port.key)
-        if link is None and port.key in self.wiring.severed:
-            return
-        variable = None if link is None else link.source.variable
-        name = full_name(port.key)
-        if link is None or variable is None or not variable.settable:
-            self.problems.add(f"{name} cannot be set: no settable variable feeds it", written.place)
-            return
-        type_, items = port.type or variable.type, port.items or variable.items
-        value = take(name, type_, items, port.unit, written, self.problems)
-        if value is None or isinstance(value, str):
-            self._set_variable(link.source.key, variable, value, written.place)
-            return
-        before: Value = link.conversion.inverse(value)
-        if family(type_) != "Real":
-            before = int(before)
-        place = dataclasses.replace(written.place, component=link.source.key[0])
-        self._set_variable(link.source.key, variable, bool(before) if type_ == "Boolean" else before, place)
-
-    def _converted(
-        self, convert: Conversion, value: Value, variable: Variable, label: str, place: Place
-    ) -> Value | None:
-        """Return a number after a connection, as the variable's type takes it."""
-        moved = convert(value if isinstance(value, int) else float(value))
-        if moved is None:
-            self.problems.add(f"{label}: {value} is no item of the enumeration, and not mapped", place)
-            return None
-        if family(variable.type) == "Real":
-            return moved
-        return bool(moved) if variable.type == "Boolean" else int(moved)
 
     def check_connected(self) -> None:
         """Report the caller's values for what a component or a given connector feeds: they would have no effect.
@@ -277,9 +175,3 @@ class Assignments:
                 self.problems.add(
                     f"{full_name(key)} is connected inside the system and cannot be given a start value", place
                 )
-
-    def check_ranges(self) -> None:
-        """Report every value outside the bounds that the model description states."""
-        for start in self.variables.values():
-            for problem in out_of_range(start.variable, start.value):
-                self.problems.add(problem, start.place)

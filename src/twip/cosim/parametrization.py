@@ -37,7 +37,9 @@ def parametrize(
     `units` are those of values in the description that have none, where they are not the variable's.
     """
     usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
-    assignments = Assignments(usable, wiring, problems, units, fmus.keys() - usable.keys())
+    assignments = Assignments(
+        wiring=wiring, problems=problems, fmus=usable, units=units, unreadable=fmus.keys() - usable.keys()
+    )
     scopes: list[tuple[str, ComponentElement | SystemElement]] = [*components_of(system).items()]
     scopes += reversed(systems_of(system).items())  # inner systems before the ones around them
     for path, element in scopes:
