@@ -4,6 +4,7 @@ import re
 import zipfile
 
 import pytest
+from echo_fmu import compiled, echo3
 from ssp_writer import (
     GAIN,
     a_and_b,
@@ -114,3 +115,23 @@ def test_a_model_variable_that_is_none_is_refused(folder):
 def test_values_that_are_not_by_name_are_refused(folder, values):
     with pytest.raises(TwipError, match=r"^start_values = .* must be a mapping"):
         check(write(folder, a_and_b()), start_values=values)
+
+
+@pytest.mark.parametrize(
+    ("values", "sizes", "said"),
+    [
+        ("1 2", [2], "ins_Float64 is 2, but a.ins_Float64 is 3"),
+        ("1 2 3 4", [4], "ins_Float64 is 4, but a.ins_Float64 is 3"),
+        ("1 2 3", [1, 3], "ins_Float64 is 1 x 3, but a.ins_Float64 is 3"),
+        ("1", [], "ins_Float64 is a scalar, but a.ins_Float64 is 3"),
+        ("1 2 3", [3], ""),
+    ],
+)
+def test_an_array_parameter_has_the_shape_of_its_variable(tmp_path, values, sizes, said):
+    echo3(tmp_path, compiled("echo3", tmp_path))
+    inner = bind({"ins_Float64": ("Real", values)}).replace('"1.0" name', '"2.0" name')
+    dimensions = "".join(f'<ssc:Dimension size="{size}"/>' for size in sizes)
+    inner = inner.replace("</ssv:Parameter>", f"{dimensions}</ssv:Parameter>")
+    path = write(tmp_path, system([component("a", "echo3.fmu", inside=inner)]), version="2.0")
+    place = f" (SystemStructure.ssd line {line_of(path, 'ssv:Real')})"
+    assert check(path) == ([f"parameter {said}{place}"] if said else [])

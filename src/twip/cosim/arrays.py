@@ -8,6 +8,7 @@ import dataclasses
 import itertools
 import math
 import re
+from collections.abc import Iterable
 
 from .fmu import Fmu
 from .problems import Problems
@@ -16,6 +17,7 @@ from .structure import Connection, Connector, DictionaryReference, SystemElement
 MAXIMUM_SIZE = 100_000
 """Most elements of an array."""
 Shape = tuple[int, ...]
+_ELEMENT = re.compile(r"(.+)\[([1-9][0-9]{0,8}(?:,[1-9][0-9]{0,8})*)\]")
 
 
 def expand_arrays(system: SystemElement, fmus: dict[str, Fmu | None], problems: Problems, path: str = "") -> None:
@@ -36,6 +38,20 @@ def expand_arrays(system: SystemElement, fmus: dict[str, Fmu | None], problems: 
 def indices(shape: Shape) -> list[str]:
     """Return `[1]`, `[2]` and so on in row-major order, nothing for a scalar."""
     return [f"[{','.join(map(str, i))}]" if shape else "" for i in itertools.product(*(range(1, n + 1) for n in shape))]
+
+
+def shapes_of(names: Iterable[str]) -> dict[str, Shape]:
+    """Return the shapes of the arrays that are whole among `names`, by the names without indices."""
+    found: dict[str, list[Shape]] = {}
+    for name in names:
+        if match := _ELEMENT.fullmatch(name):
+            found.setdefault(match[1], []).append(tuple(map(int, match[2].split(","))))
+    largest = {
+        name: tuple(map(max, zip(*places, strict=True)))
+        for name, places in found.items()
+        if len({len(place) for place in places}) == 1
+    }
+    return {name: shape for name, shape in largest.items() if math.prod(shape) == len(set(found[name]))}
 
 
 def _expand(
@@ -66,7 +82,7 @@ def _remember(
     else:
         shape = tuple(n if n is not None else m for n, m in zip(sizes, shown or (1,) * len(sizes), strict=True))
     if shown is not None and shape != shown:
-        problems.add(f"{label}: is {_text(shape)}, but {_text(shown)} in the FMU", connector.place)
+        problems.add(f"{label}: is {shape_text(shape)}, but {shape_text(shown)} in the FMU", connector.place)
     if math.prod(shape) > MAXIMUM_SIZE:
         problems.add(f"{label}: more than {MAXIMUM_SIZE} elements", connector.place)
         shape = (1,) * len(sizes)
@@ -79,7 +95,8 @@ def _shape_in(fmu: Fmu, name: str, dimensions: int) -> Shape | None:
     return tuple(map(max, zip(*found, strict=True))) if found else None
 
 
-def _text(shape: Shape) -> str:
+def shape_text(shape: Shape) -> str:
+    """Return sizes as a message shows them."""
     return " x ".join(map(str, shape)) or "a scalar"
 
 
@@ -88,7 +105,7 @@ def _elementwise(connection: Connection, shapes: dict[tuple[str, str], Shape], p
     if start != end:
         problems.add(
             f"{'.'.join(filter(None, connection.start))} → {'.'.join(filter(None, connection.end))}: sizes differ"
-            f" ({_text(start)}, {_text(end)})",
+            f" ({shape_text(start)}, {shape_text(end)})",
             connection.place,
         )
         return []

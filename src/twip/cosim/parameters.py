@@ -10,6 +10,7 @@ import difflib
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 
+from .arrays import shape_text, shapes_of
 from .assigned import Assigned
 from .fmu import Fmu, Variable
 from .links import Key, Port, full_name
@@ -58,6 +59,7 @@ class Assignments(Assigned):
         for key, port in self.wiring.ports.items():
             if port.variable is None and not port.shared:
                 self._names.setdefault(full_name(key), []).append((key, port))
+        self._shapes = shapes_of(self._names)
 
     def continued(self, problems: Problems) -> "Assignments":
         """Return assignments that begin with these and may take more, with `problems` of their own."""
@@ -78,11 +80,25 @@ class Assignments(Assigned):
         for parameter in parameters.parameters:
             name = scope.prefix + parameter.name
             for entry in [None] if mapping is None else entries.get(name, []):
-                target = (name if entry is None else entry.target) + parameter.index
+                whole = name if entry is None else entry.target
+                target = whole + parameter.index
+                if self._differs(parameter, f"{scope.path}.{whole}" if scope.path else whole):
+                    continue
                 if not self._apply(parameter, parameters, scope, target, entry):
                     missing.append((target, parameter.place))
         if missing:
             self._warn_of_missing(missing, scope)
+
+    def _differs(self, parameter: Parameter, name: str) -> bool:
+        """Report a parameter that has not the sizes of the array called `name`."""
+        shape = self._shapes.get(name)
+        if shape is None or shape == parameter.shape or (name in self._names and not parameter.shape):
+            return False
+        self.problems.add(
+            f"parameter {parameter.name} is {shape_text(parameter.shape)}, but {name} is {shape_text(shape)}",
+            parameter.place,
+        )
+        return True
 
     def _warn_of_missing(self, missing: list[tuple[str, Place]], scope: Scope) -> None:
         place = Place(missing[0][1].file, missing[0][1].line, scope.path if scope.path in self.fmus else None)

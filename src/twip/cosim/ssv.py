@@ -25,6 +25,8 @@ class Parameter:
     place: Place
     index: str = ""
     """Of one element of an array: `[1]` or `[2,1]`, counted from 1, which follows the name."""
+    shape: tuple[int, ...] = ()
+    """Of the array; empty for a scalar."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,8 @@ def _read_parameter(
     for text in texts:
         _check(reader, name, type_, text, enumerations.get(value.get("name", "")), place)
     indices = [""] if not shape else [f"[{','.join(map(str, i))}]" for i in _indices(shape)]
-    return [Parameter(name, type_, t, value.get("unit"), place, i) for t, i in zip(texts, indices, strict=True)]
+    unit = value.get("unit")
+    return [Parameter(name, type_, t, unit, place, i, tuple(shape)) for t, i in zip(texts, indices, strict=True)]
 
 
 def _indices(shape: list[int]) -> "itertools.product[tuple[int, ...]]":
