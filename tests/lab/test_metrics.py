@@ -69,6 +69,22 @@ def test_a_leaning_robot_is_not_balanced():
     assert found.text("settling_time") == "not reached"
 
 
+def test_a_robot_that_is_pushed_and_settles_again_is_told_from_one_that_does_not():
+    pushed = record()
+    pushed["plant.pitch"] = pushed["plant.pitch"] + radians(4.0) * ((Columns.times >= 6.0) & (Columns.times < 7.5))
+    found = judge(pushed)
+    assert not found.balanced
+    assert found.sentence() == (
+        "stands, settled late: |pitch| > 1° later than 3 s after release, at most 4.00°; within it from 7.50 s on"
+    )
+
+
+def test_absurd_values_of_a_failing_run_stay_short():
+    failing = record()
+    failing["estimator.pitch"] = np.where(Columns.times > 9.999, 1e99, failing["plant.pitch"])
+    assert judge(failing).text("estimator_error") == "5.73e+100°"
+
+
 def test_what_only_a_release_tells_is_not_told_of_a_continuation():
     found = judge(record().part(5.0, 10.0, continued=True))
     assert found.sentence() == "stands from 5 s to 10 s; not judged, for it was released before"

@@ -97,7 +97,6 @@ def test_lines_that_coincide_show_beside_each_other():
     widths = [look("real", 0, log, 3).width for log in range(3)]
     assert widths == sorted(widths, reverse=True)
     assert widths[1] - widths[2] > 1.0  # points
-    assert look("real", 0, 0, 1).width < 2.0
 
 
 def test_what_cannot_be_drawn_is_said(tmp_path, capsys):

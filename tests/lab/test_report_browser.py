@@ -173,6 +173,19 @@ def test_two_logs_are_compared(tmp_path):
         assert not [e for e in driver.get_log("browser") if e["level"] in ("WARNING", "SEVERE")]
 
 
+def test_a_robot_that_a_failing_run_throws_away_leaves_the_view_from_above_as_it_is(tmp_path):
+    far = np.where(np.arange(1001) > 998, 1e99, 0.0)
+    log = robot_log(tmp_path / "far.mcap", 1.0, plant__x=far, plant__y=-far, plant__yaw=far, plant__pitch=1e3 * far)
+    with chromium() as driver:
+        driver.get(report([log], tmp_path / "far.html").as_uri())
+        wait(driver, "document.body.dataset.ready")
+        box = [float(number) for number in script(driver, "above.getAttribute('viewBox')").split()]
+        assert max(map(abs, box)) < 2000.0  # mm
+        script(driver, "report.go(1)")
+        assert "grid 0.1 m" in script(driver, "document.querySelector('#above + figcaption').textContent")
+        assert not [e for e in driver.get_log("browser") if e["level"] in ("WARNING", "SEVERE")]
+
+
 def test_a_robot_is_shown_while_its_log_lasts(tmp_path):
     times = 2.0 + np.arange(2001) / 1000.0
     moving = {"plant__pitch_rate": np.full(2001, 0.01)}

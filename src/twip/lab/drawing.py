@@ -42,7 +42,7 @@ class Look:
 
 
 LOOKS = {
-    "real": Look(INK, 1.8, 0.85),
+    "real": Look(INK, 3.0, 0.75),
     "estimate": Look(PALETTE[1], 1.1),
     "reference": Look(PALETTE[0], 1.3, 1.0, (5.0, 3.0)),
     "limit": Look(GREY, 1.0, 1.0, (2.0, 3.0)),

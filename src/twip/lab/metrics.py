@@ -22,6 +22,8 @@ SETTLED_AFTER = 3.0
 """Time after the release from which the pitch must stay within `PITCH_LIMIT`, in s."""
 PITCH_LIMIT = np.radians(1.0)
 """Largest pitch of a balanced robot, in rad."""
+FAR = 1e7
+"""Magnitude from which a metric is shown with a power of ten: a run that fails may compute anything before."""
 SIDES = ("left", "right")
 REQUIRED = (
     *("plant.pitch", "plant.pitch_rate", "plant.yaw", "plant.wheel_angle", "plant.wheel_rate", "plant.x", "plant.y"),
@@ -172,7 +174,8 @@ class Metric:
         unit = self.shown_unit or self.unit
         if unit == "1":
             return f"{value:g}"
-        number = f"{self.scale * value:.{self.digits}f}"
+        shown = self.scale * value
+        number = f"{shown:.{self.digits}f}" if abs(shown) < FAR else f"{shown:.3g}"
         return f"{number}°" if unit == "deg" else f"{number} {unit}"
 
 
@@ -238,9 +241,13 @@ class Verdict:
             return "not released"
         if not self.decided:
             return f"ended {self.ended - self.release:.3g} s after release, too early to tell"
-        verdict, relation = ("balanced", "<") if self.balanced else ("stands, not settled", ">")
-        limit = f"|pitch| {relation} {degrees(PITCH_LIMIT):.0f}° from {SETTLED_AFTER:g} s after release on"
-        return f"{verdict}: {limit}, at most {degrees(self.metrics['peak_pitch_settled']):.2f}°"
+        late = self.metrics["settling_time"] < inf
+        verdict = "balanced" if self.balanced else "stands, settled late" if late else "stands, not settled"
+        bound, most = f"{degrees(PITCH_LIMIT):.0f}°", f"at most {degrees(self.metrics['peak_pitch_settled']):.2f}°"
+        if self.balanced:
+            return f"{verdict}: |pitch| < {bound} from {SETTLED_AFTER:g} s after release on, {most}"
+        within = f"; within it from {self.release + self.metrics['settling_time']:.2f} s on" if late else ""
+        return f"{verdict}: |pitch| > {bound} later than {SETTLED_AFTER:g} s after release, {most}{within}"
 
     def text(self, name: str) -> str:
         """Return a metric as people read it."""

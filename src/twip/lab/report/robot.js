@@ -2,6 +2,11 @@
 
 const MM = 1000, SVG = "http://www.w3.org/2000/svg";
 
+// What a failing run computes in its last steps may be anything; drawing ends at so many m.
+const FAR = 1e4;
+
+function near(value) { return Number.isFinite(value) ? Math.max(-FAR, Math.min(FAR, value)) : 0; }
+
 function svg(parent, name, attributes) {
   const element = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -67,8 +72,8 @@ class Robots {
   makeAbove(view) {
     let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
     for (const {series: {x, y}} of this.robots) {
-      for (const v of x.values) { if (v < left) left = v; if (v > right) right = v; }
-      for (const v of y.values) { if (v < low) low = v; if (v > high) high = v; }
+      for (const v of x.values) { if (v < left && v > -FAR) left = v; if (v > right && v < FAR) right = v; }
+      for (const v of y.values) { if (v < low && v > -FAR) low = v; if (v > high && v < FAR) high = v; }
     }
     if (!(right - left >= 0)) [left, right] = [0, 0];
     if (!(high - low >= 0)) [low, high] = [0, 0];
@@ -80,10 +85,10 @@ class Robots {
     const span = 1.5 * Math.max(wide, size);
     for (let k = Math.floor((middle[0] - span) / step); k * step < middle[0] + span; k++) svg(grid, "line", {x1: k * step * MM, x2: k * step * MM, y1: (-middle[1] - span) * MM, y2: (-middle[1] + span) * MM, ...ink("#e2e4e6", 1), "stroke-width": 1});
     for (let k = Math.floor((middle[1] - span) / step); k * step < middle[1] + span; k++) svg(grid, "line", {y1: -k * step * MM, y2: -k * step * MM, x1: (middle[0] - span) * MM, x2: (middle[0] + span) * MM, ...ink("#e2e4e6", 1), "stroke-width": 1});
-    document.querySelector("#above + figcaption").textContent = `above, grid ${step} m`;
+    document.querySelector("#above + figcaption").textContent = `above, grid ${Number(step.toPrecision(3))} m`;
     for (const robot of this.robots) {
       const {x, y} = robot.series, every = Math.max(1, Math.floor(x.times.count / 1500)), points = [];
-      for (let i = 0; i < x.times.count; i += every) points.push(`${(x.values[i] * MM).toFixed(1)},${(-y.values[i] * MM).toFixed(1)}`);
+      for (let i = 0; i < x.times.count; i += every) points.push(`${(near(x.values[i]) * MM).toFixed(1)},${(-near(y.values[i]) * MM).toFixed(1)}`);
       svg(view, "polyline", {points: points.join(" "), fill: "none", ...ink(robot.color, 0.45), "stroke-width": 1.5});
     }
     for (const robot of this.robots) {
@@ -99,17 +104,18 @@ class Robots {
   show(time) {
     for (const robot of this.robots) {
       const {pitch, wheel, yaw, x, y, push, slope} = robot.series;
-      const shown = pitch.covers(time), angle = pitch.between(time), tilt = slope ? slope.between(time) : 0;
+      const shown = pitch.covers(time), tilt = slope ? near(slope.between(time)) : 0;
+      const [angle, turn, course, along, aside] = [pitch, wheel, yaw, x, y].map(series => near(series.between(time)));
       for (const part of [robot.side, robot.top]) part.setAttribute("visibility", shown ? "visible" : "hidden");
       robot.ground.setAttribute("transform", `rotate(${-tilt})`);
-      robot.ticks.setAttribute("transform", `translate(${-((wheel.between(time) * robot.wheel_radius * MM) % this.tick)} 0)`);
+      robot.ticks.setAttribute("transform", `translate(${-((turn * robot.wheel_radius * MM) % this.tick)} 0)`);
       robot.body.setAttribute("transform", `rotate(${angle + tilt})`);
-      robot.wheel.setAttribute("transform", `rotate(${wheel.between(time) * 180 / Math.PI})`);
-      robot.top.setAttribute("transform", `translate(${x.between(time) * MM} ${-y.between(time) * MM}) rotate(${-yaw.between(time)})`);
+      robot.wheel.setAttribute("transform", `rotate(${turn * 180 / Math.PI})`);
+      robot.top.setAttribute("transform", `translate(${along * MM} ${-aside * MM}) rotate(${-course})`);
       robot.roof.setAttribute("x", -35 + Math.sin(angle * Math.PI / 180) * robot.height * MM / 2);
       const force = push ? push.value(time) : 0, length = Math.sign(force) * Math.min(110, 30 + 8 * Math.abs(force)), h = robot.push_height * MM;
       robot.push.setAttribute("d", force ? `M ${-length - Math.sign(force) * 40} ${-h} h ${length} m ${-Math.sign(force) * 12} -9 l ${Math.sign(force) * 12} 9 l ${-Math.sign(force) * 12} 9` : "");
-      robot.label.textContent = shown ? `${number(angle, 10)}°` : "–";
+      robot.label.textContent = shown ? `${number(pitch.between(time), 10)}°` : "–";
     }
   }
 }
