@@ -78,6 +78,12 @@ def test_of_several_logs_the_one_is_named_that_is_cut_off(cut, tmp_path):
     assert f"cut: {cut_off(read(cut))}" in found
 
 
+def test_beside_a_robot_another_system_is_called_that(tmp_path):
+    other = told(tmp_path / "other.mcap", [])
+    assert "other: not the robot" in head(page([robot_log(tmp_path / "robot.mcap"), other]))
+    assert "not the robot" not in head(page([other, other]))
+
+
 def test_a_continuation_is_called_one_and_not_judged(tmp_path, capsys):
     times = 5.0 + np.arange(4001) / 1000.0
     moving = {"plant__pitch": pitch(times - 5.0), "plant__pitch_rate": np.full(4001, 0.01)}

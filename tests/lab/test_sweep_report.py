@@ -44,6 +44,11 @@ def cells(text, label):
     return re.findall(r"<td>(.*?)</td>", row[1])
 
 
+def payload(text):
+    """Return what the page's script gets."""
+    return json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[1])
+
+
 def test_the_report_has_the_numbers_of_the_runs(tmp_path, capsys):
     path = write(tmp_path / "runs.parquet")
     assert main(["report", str(path)]) == 0
@@ -56,7 +61,7 @@ def test_the_report_has_the_numbers_of_the_runs(tmp_path, capsys):
     assert cells(text, "python") == ["3.11.9"]
     assert cells(text, "component d") == ["d.fmu 0123456789ab"]
     assert HOSTILE not in text
-    data = json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[1])
+    data = payload(text)
     (drawn,) = data["maps"]
     (panel,) = drawn["panels"]
     assert [panel["cells"][name] for name in ("x", "y", "shade")] == [
@@ -67,6 +72,21 @@ def test_the_report_has_the_numbers_of_the_runs(tmp_path, capsys):
     assert "ranking needs 8" in text
     main(["report", str(path), "--out", str(tmp_path / "again.html")])
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == text
+
+
+def test_an_interrupted_sweep_is_called_so(tmp_path):
+    path = write(tmp_path / "runs.parquet")
+    assert main(["report", str(path)]) == 0
+    assert "interrupted" not in (tmp_path / "runs.html").read_text(encoding="utf-8").partition("<script")[0]
+    pq.write_table(pq.read_table(path).slice(0, 3), path)
+    assert main(["report", str(path)]) == 0
+    text = (tmp_path / "runs.html").read_text(encoding="utf-8")
+    assert "1 run is missing: the sweep was interrupted" in text
+    (drawn,) = json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[1])[
+        "maps"
+    ]
+    cell = drawn["panels"][0]["cells"]
+    assert (cell["shade"][3], cell["value"][3], cell["runs"][3]) == (None, "no runs", 0)
 
 
 def test_each_parameter_set_has_its_rate_and_panel(tmp_path):

@@ -59,7 +59,7 @@ COMPARED = {
     "right": Look("", 1.2, 0.75, (4.0, 2.0)),
 }
 """Looks where logs are compared: the colour is the log's."""
-BESIDE, MOST_BESIDE = 1.3, 3.9
+BESIDE, MOST_BESIDE = 1.1, 3.3
 """How much broader a line is than that of the next log, so that one shows beside the other where they coincide; at
 most.
 """

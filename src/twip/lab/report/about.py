@@ -81,6 +81,7 @@ def verdicts_line(names: Sequence[str], colors: Sequence[str], verdicts: Sequenc
     for name, color, verdict in zip(names, colors, verdicts, strict=True):
         words = verdict.sentence() if verdict else ""
         if len(names) > 1:
+            words = words or ("not the robot" if any(verdicts) else "")
             words = f"{name}: {words}" if words else name
         elif verdict:
             color = "var(--green)" if verdict.balanced else "var(--red)" if verdict.decided else "var(--grey)"

@@ -46,6 +46,9 @@ def sweep_page(results: Results, title: str) -> str:
     rankings, unranked = _rankings(results)
     note = f"{CONFIDENCE:.0%} intervals: Wilson's of shares, bootstrap of rankings. A run that failed has not passed."
     verdicts = f'<span class="verdict" style="--mark: var(--blue)">{escape(_counts(results))}</span>'
+    if missing := results.runs - len(results.columns["run"]):
+        runs = "1 run is" if missing == 1 else f"{missing} runs are"
+        verdicts += f'<span class="remark">{runs} missing: the sweep was interrupted</span>'
     body = filled(
         "sweep.html",
         before=table("What varied", [""], _plan(results)) + _rates(results),

@@ -108,12 +108,12 @@ class Judge:
                 found = of(table)
             except Exception as error:  # a user's function may raise anything
                 raise MetricError(
-                    f"metric {name} raises {type(error).__name__}: {' '.join(str(error).split())}"
+                    f"metric {_told(name)} raises {type(error).__name__}: {' '.join(str(error).split())}"
                 ) from None
             values = found if isinstance(found, Mapping) else {_short(name): found}
             for key, value in values.items():
                 if key in result:
-                    raise MetricError(f"metric {name} gives {key}, which another one gives too")
+                    raise MetricError(f"metric {_told(name)} gives {key}, which another one gives too")
                 result[str(key)] = _number(name, value)
         return result
 
@@ -129,6 +129,11 @@ class Judge:
         return PASS if all(c.met(metrics) for c in self.conditions) else FAIL
 
 
+def _told(name: str) -> str:
+    """Return a metric's name as rows tell it: a user's file without its folder, which differs between machines."""
+    return Path(name).name if ".py:" in name else name
+
+
 def _short(name: str) -> str:
     """Return the column of a metric that is one number: a user's function by its own name."""
     return name.rpartition(":")[2] if ".py:" in name else name
@@ -138,7 +143,7 @@ def _number(name: str, value: Any) -> float | None:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise MetricError(f"metric {name} gives {value!r}, which is no number") from None
+        raise MetricError(f"metric {_told(name)} gives {value!r}, which is no number") from None
     return None if math.isnan(number) else number
 
 
