@@ -272,6 +272,11 @@ def test_an_fmu_that_allows_one_instance_per_process(faulty_folder, capsys):
     with load(path) as loaded, pytest.raises(TwipError) as refused:
         simulate(loaded, step_size=0.1)
     assert str(refused.value) == line
+    copied = faulty_folder / "copy.fmu"
+    copied.write_bytes(once.read_bytes())  # a copy of the file is no other FMU
+    twins = [component("a", once.name, "u> y< z<"), component("b", copied.name, "u> y< z<")]
+    assert check(write(faulty_folder, system(twins))) == [line]
+    path = write(faulty_folder, system(parts, [connection("a.y -> b.u")]))
     table, failure = run(path, {})
     assert failure == ""
     assert table["b.z"].tolist() == [2.0 * k for k in range(11)]

@@ -195,11 +195,14 @@ class System:
 
 
 def cannot_share_a_process(system: System) -> list[str]:
-    """Return a line for each FMU of several components that allows one instance per process only."""
-    users: dict[pathlib.Path, list[Component]] = {}
+    """Return a line for each FMU of several components that allows one instance per process only.
+
+    An FMU is what its model description says it is, whatever its file is called: copies of a file are one FMU.
+    """
+    users: dict[tuple[str, str], list[Component]] = {}
     for component in system.components:
         if component.fmu.only_once:
-            users.setdefault(component.fmu.path, []).append(component)
+            users.setdefault((component.fmu.model_identifier, component.fmu.guid), []).append(component)
     return [
         f"FMU {same[0].fmu.name} allows one instance per process, but {', '.join(c.name for c in same)} share it"
         " (isolated, with --isolate, each has its own)"
