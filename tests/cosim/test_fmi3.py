@@ -351,6 +351,26 @@ def test_scenarios_of_every_type(c_folder, loop):
         run(path, **options)
 
 
+def test_a_text_with_a_nul_is_refused_wherever_it_comes_from(c_folder):
+    """In C it would end there, while the log showed all of it."""
+    path = write(c_folder, system([echo("a"), echo("b")], [connection("a.out_String -> b.ins_String[2]")]))
+    (c_folder / "s.toml").write_text(
+        '[inputs]\n"a.in_String" = [[0, "x\\u0000y"]]\n'
+        '[[faults]]\nsignal = "b.ins_String[2]"\nkind = "stuck"\nvalue = "x\\u0000y"\n'
+    )
+    (c_folder / "in.csv").write_text("time,b.in_String\n0,x\0y\n")
+    rule = r"'x\x00y' must be a String of Unicode characters without NUL"
+    with pytest.raises(TwipError) as refused:
+        run(path, loop="python", scenario=c_folder / "s.toml", input_file=c_folder / "in.csv")
+    assert str(refused.value).splitlines() == [
+        f"b.in_String = {rule} (in.csv line 2)",
+        f"inputs.a.in_String[0] = {rule} (s.toml line 2)",
+        f"faults[0].value = {rule} (s.toml line 6)",
+    ]
+    with pytest.raises(TwipError, match=r"in_String = .* without NUL"):
+        run(path, loop="python", start_values={"a.in_String": "x\0y"})
+
+
 def test_check_tells_versions(c_folder, capsys):
     path = write(c_folder, system([echo("a"), element("e", "echo2.fmu", [("u", "input"), ("x", "output")])]))
     assert main(["check", str(path), "--step-size", "0.5"]) == 0

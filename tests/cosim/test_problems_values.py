@@ -6,6 +6,7 @@ from ssp_writer import bind, component, connection, edit_fmu, line_of, parameter
 from twip.cosim import check, load
 
 GAIN = "CosimGain.fmu"
+TEXT = "a String of Unicode characters without NUL"
 
 
 def test_values_outside_their_bounds_and_of_the_wrong_kind(folder):
@@ -39,6 +40,8 @@ def test_values_outside_their_bounds_and_of_the_wrong_kind(folder):
         ({"a.y": 1}, "y cannot be set: it is a continuous output (component a, start values)"),
         ({"m.n": 1.5}, "n = '1.5' must be an Integer of 32 bits (component m, start values)"),
         ({"m.n": 2**31}, "n = '2147483648' must be an Integer of 32 bits (component m, start values)"),
+        ({"m.label": "a\0b"}, f"label = 'a\\x00b' must be {TEXT} (component m, start values)"),
+        ({"m.label": "a\ud800b"}, f"label = 'a\\ud800b' must be {TEXT} (component m, start values)"),
         ({"m.on": "maybe"}, "on = 'maybe' must be a Boolean (true or false) (component m, start values)"),
     ],
 )

@@ -310,7 +310,11 @@ def test_a_run_with_another_scenario_does_not_go_on(path):
         ),
         (
             '[[parameters]]\ntime = 1\nname = "g.k"\nvalue = "1"\n',
-            "parameters[0]: g.k = '1' is no Real (s.toml line 4)",
+            "parameters[0]: g.k = '1' must be a finite Real number (s.toml line 4)",
+        ),
+        (
+            '[[parameters]]\ntime = 1\nname = "m.label"\nvalue = "a\\u0000b"\n',
+            "parameters[0]: m.label = 'a\\x00b' must be a String of Unicode characters without NUL (s.toml line 4)",
         ),
         (
             '[[parameters]]\ntime = 1\nname = "g.k"\nvalue = 99\n',

@@ -60,7 +60,7 @@ _RULES = {
     "Float32": "a finite number within the range of Float32",
     "Integer": "an Integer of 32 bits",
     "Boolean": "a Boolean (true or false)",
-    "String": "a String",
+    "String": "a String of Unicode characters without NUL",
     "Enumeration": "an item of the enumeration",
 }
 

@@ -9,6 +9,7 @@ from .experiment import TimeGrid
 from .fault_entries import FaultEntries
 from .inputs import RULES, InputSeries, find_target, read_inputs, series_of
 from .problems import Problems
+from .scalar_types import rule
 from .scenario import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .source import is_special
@@ -153,7 +154,8 @@ class _Reader(Entries):
         place = self.file.place("parameters", index, "value")
         value = typed(entry["value"], variable.type, variable.items)
         if value is None:
-            self.problems.add(f"parameters[{index}]: {name} = {shown(entry['value'])} is no {variable.type}", place)
+            said = f"parameters[{index}]: {name} = {shown(entry['value'])} must be {rule(variable.type)}"
+            self.problems.add(said, place)
             return None
         for problem in out_of_range(variable, value):
             self.problems.add(f"parameters[{index}]: {problem}", place)

@@ -11,6 +11,14 @@ _numbers = {"": 0.0}
 _asked: list[tuple[Callable[[str], float], Callable[[float], str]]] = []
 
 
+def passes(text: str) -> bool:
+    """Tell whether FMUs can be given a text whole: in C it ends at the first NUL, and it is UTF-8."""
+    try:
+        return b"\0" not in text.encode()
+    except UnicodeEncodeError:
+        return False
+
+
 def number_of(text: str) -> float:
     """Return the number of a text; that of the empty one is 0."""
     number = _numbers.get(text)

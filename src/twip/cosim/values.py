@@ -6,7 +6,7 @@ from decimal import Decimal
 
 from .problems import Place, Problems
 from .scalar_types import TYPES, misfit, rule, to_float32
-from .texts import number_of
+from .texts import number_of, passes
 from .transformation import Items, Transformation, tabulate
 from .units import Unit, UnitMismatchError, conversion
 from .value_types import family
@@ -92,7 +92,7 @@ def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) 
     A Float32 is the nearest number of 32 bits.
     """
     if type_ == "String":
-        return text
+        return text if passes(text) else None
     text, kind = text.strip(), family(type_)
     if kind in ("Real", "Integer") and ("_" in text or not text.isascii()):
         return None
