@@ -3,6 +3,8 @@
 import os
 import resource
 import struct
+import subprocess
+import sys
 import time
 import warnings
 import zipfile
@@ -90,6 +92,65 @@ def test_devices_and_pipes_are_not_read(folder, source):
     assert refused(check(write(folder, system([component("a", source)]))), "SystemStructure.ssd")
     parts = [component("a", "CosimGain.fmu", "", bind(source=source))]
     assert refused(check(write(folder, system(parts))), "SystemStructure.ssd")
+
+
+def unpacked(folder, name):
+    """Return the folder of an unpacked FMU."""
+    with zipfile.ZipFile(folder / "CosimGain.fmu") as archive:
+        archive.extractall(folder / name)
+    return folder / name
+
+
+def limited(*arguments):
+    """Return what `twip` says on the error stream, in 20 s and with 2 GiB of memory, and its status."""
+    limit = "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))"
+    command = f"{limit}; from twip.cli import main; sys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", command, *map(str, arguments)], capture_output=True, text=True, timeout=20
+    )
+    return done.stderr.splitlines(), done.returncode
+
+
+def test_devices_and_pipes_in_an_unpacked_fmu_are_not_read(folder):
+    for name in ("piped", "endless", "hidden"):
+        unpacked(folder, name)
+    (folder / "piped/modelDescription.xml").unlink()
+    os.mkfifo(folder / "piped/modelDescription.xml")
+    (folder / "endless/modelDescription.xml").unlink()
+    (folder / "endless/modelDescription.xml").symlink_to("/dev/zero")
+    library = next((folder / "hidden").glob("binaries/*/*.so"))
+    library.unlink()
+    os.mkfifo(library)
+    fine = unpacked(folder, "fine")
+    os.mkfifo(fine / "resources/set.ssv")
+    parts = [component(name, name) for name in ("piped", "endless", "hidden")]
+    parts.append(component("fine", "fine", "", bind(source="resources/set.ssv", base="component")))
+    lines, status = limited("check", write(folder, system(parts)))
+    name = library.relative_to(folder / "hidden")
+    told = [line.removeprefix("twip: ").strip().partition(" (")[0] for line in lines]
+    assert status == 1
+    assert sorted(told) == [
+        "FMU endless cannot be read: modelDescription.xml is a device or the like, not a file",
+        "FMU hidden has no binary for this platform",
+        "FMU piped cannot be read: modelDescription.xml is a device or the like, not a file",
+        "resources/set.ssv is a device or the like, not a file",
+    ]
+    assert any(f"({name})" in line for line in lines)
+
+
+@pytest.mark.parametrize("kind", ["device", "fmu", "set", "description", "swap"])
+def test_devices_and_pipes_named_on_the_command_line_are_not_read(folder, kind):
+    path = write(folder, system([component("a", "CosimGain.fmu")]))
+    pipes = {end: folder / f"pipe{end}" for end in (".fmu", ".ssv", ".ssd")}
+    for pipe in pipes.values():
+        os.mkfifo(pipe)
+    lines, status = limited("check", *{
+        "device": ["/dev/zero"], "fmu": [pipes[".fmu"]], "set": [path, "--parameters", pipes[".ssv"]],
+        "description": [pipes[".ssd"]], "swap": [path, "--swap", f"a={pipes['.fmu']}"],
+    }[kind])  # fmt: skip
+    assert status == 1
+    assert len(lines) == 1
+    assert " is a device or the like, not a file" in lines[0]
 
 
 def zipped(folder, entries, compression=zipfile.ZIP_STORED, name="evil.ssp"):

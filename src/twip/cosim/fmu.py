@@ -12,6 +12,7 @@ from .description_fmi2 import describe_fmi2
 from .description_fmi3 import describe_fmi3
 from .document import MAXIMUM_BYTES, Element, parse_xml
 from .problems import Place, Problems
+from .source import is_special, read_limited
 from .values import out_of_range, parse_value
 from .variable import RECORDED_TYPES, Fmu, Variable
 
@@ -23,33 +24,25 @@ NATIVE = "org.twip.native"
 def read_fmu(path: pathlib.Path, name: str, problems: Problems, place: Place) -> Fmu | None:
     """Read the FMU at `path`, called `name` in messages; whatever makes it unusable here is a problem at `place`."""
     before = len(problems.lines)
-    try:
-        if path.is_dir():
-            data, files = (
-                (path / "modelDescription.xml").read_bytes(),
-                {p.relative_to(path).as_posix() for p in path.rglob("*")},
-            )
-        else:
-            with zipfile.ZipFile(path) as archive:
-                files = set(archive.namelist())
-                if archive.getinfo("modelDescription.xml").file_size > MAXIMUM_BYTES:
-                    raise ValueError(f"modelDescription.xml is larger than {MAXIMUM_BYTES} bytes")
-                data = archive.read("modelDescription.xml")
-    except FileNotFoundError:
-        problems.add(
-            f"FMU {name} does not exist" if not path.exists() else f"FMU {name} has no modelDescription.xml", place
-        )
+    if not path.exists():
+        problems.add(f"FMU {name} does not exist", place)
         return None
-    except KeyError:
+    if is_special(path):
+        problems.add(f"FMU {name} is a device or the like, not a file", place)
+        return None
+    try:
+        data, files, sha256 = (_folder if path.is_dir() else _archive)(path)
+    except (FileNotFoundError, KeyError):
         problems.add(f"FMU {name} has no modelDescription.xml", place)
         return None
     except Exception as error:  # zipfile raises many kinds on damaged archives
-        problems.add(f"FMU {name} is not a readable zip archive: {error}", place)
+        what = "cannot be read" if isinstance(error, OSError) else "is not a readable zip archive"
+        problems.add(f"FMU {name} {what}: {error}", place)
         return None
     root = parse_xml(data, f"{name}: modelDescription.xml", problems)
     if root is None:
         return None
-    fmu = _describe(root, path, name, problems, place)
+    fmu = _describe(root, path, name, sha256, problems, place)
     if fmu is None:
         return None
     _check_bounds(fmu, problems)
@@ -73,13 +66,32 @@ def _check_bounds(fmu: Fmu, problems: Problems) -> None:
                 problems.warn(f"start value {line}", place)
 
 
-def _describe(root: Element, path: pathlib.Path, name: str, problems: Problems, place: Place) -> Fmu | None:
+def _folder(path: pathlib.Path) -> tuple[bytes, set[str], str]:
+    """Return the model description of an unpacked FMU, its files' names, and its fingerprint."""
+    file = path / "modelDescription.xml"
+    if is_special(file):
+        raise OSError("modelDescription.xml is a device or the like, not a file")
+    files = {p.relative_to(path).as_posix() for p in path.rglob("*") if p.is_file()}
+    return read_limited(file), files, fingerprint(path)
+
+
+def _archive(path: pathlib.Path) -> tuple[bytes, set[str], str]:
+    """Return the model description of a packed FMU, its files' names, and its fingerprint."""
+    with zipfile.ZipFile(path) as archive:
+        if archive.getinfo("modelDescription.xml").file_size > MAXIMUM_BYTES:
+            raise ValueError(f"modelDescription.xml is larger than {MAXIMUM_BYTES // 1024 // 1024} MiB")
+        return archive.read("modelDescription.xml"), set(archive.namelist()), fingerprint(path)
+
+
+def _describe(
+    root: Element, path: pathlib.Path, name: str, sha256: str, problems: Problems, place: Place
+) -> Fmu | None:
     version = root.get("fmiVersion") or ""
     before = len(problems.lines)
     if version == "2.0":
-        fmu = describe_fmi2(root, path, name, fingerprint(path), problems)
+        fmu = describe_fmi2(root, path, name, sha256, problems)
     elif version.split(".")[:2] == ["3", "0"]:
-        fmu = describe_fmi3(root, path, name, fingerprint(path), problems)
+        fmu = describe_fmi3(root, path, name, sha256, problems)
     else:
         problems.add(f"FMU {name}: FMI {version} is not supported, only 2.0 and 3.0", place)
         return None

@@ -15,7 +15,7 @@ from .parametrization import parametrize
 from .problems import Problems
 from .references import DEFAULT_SSD, References
 from .several import PathLike, Paths, by_name, paths
-from .source import Location, read_file
+from .source import Location, is_special, read_file
 from .ssd import read_description
 from .ssv import read_parameter_file
 from .structure import components_of
@@ -125,6 +125,8 @@ def _locate(path: pathlib.Path, ssd: str | None, workspace: Workspace) -> tuple[
     """Return the SSD, and the folder of the unpacked archive that it may not refer out of, if it is in one."""
     if not path.exists():
         raise TwipError(f"{path}: no such file")
+    if is_special(path):
+        raise TwipError(f"{path} is a device or the like, not a file")
     if path.is_dir():
         return _choose(path, ssd, f"{path}: the folder"), None
     if why := why_no_system(path):

@@ -53,17 +53,23 @@ class Location:
 
 
 def is_special(path: pathlib.Path) -> bool:
-    """Tell whether `path` is a device, pipe or socket, which a document may not name: reading it may never end."""
+    """Tell whether `path` is a device, pipe or socket: reading it may never end."""
     return path.exists() and not (path.is_file() or path.is_dir())
+
+
+def read_limited(path: pathlib.Path) -> bytes:
+    """Return what the file at `path` holds, of one beyond `MAXIMUM_BYTES` that much and a byte. Raises `OSError`."""
+    with path.open("rb") as stream:
+        return stream.read(MAXIMUM_BYTES + 1)
 
 
 def read_file(path: pathlib.Path, file: str, problems: Problems, place: Place | None = None) -> Element | None:
     """Read and parse the XML file at `path`, called `file` in messages."""
+    if is_special(path):
+        problems.add(f"{file} is a device or the like, not a file", place)
+        return None
     try:
-        if path.is_file() and path.stat().st_size > MAXIMUM_BYTES:
-            problems.add(f"{file}: larger than {MAXIMUM_BYTES // 1024 // 1024} MiB, refused", place)
-            return None
-        data = path.read_bytes()
+        data = read_limited(path)
     except OSError as error:
         problems.add(f"{file}: {error.strerror or error}", place)
         return None

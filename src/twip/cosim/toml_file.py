@@ -7,6 +7,7 @@ import tomllib
 
 from .document import MAXIMUM_BYTES
 from .problems import Place, Problems
+from .source import read_limited
 
 _HEADER = re.compile(r"\s*(\[{1,2})\s*([\w.-]+)\s*\]{1,2}\s*(?:#.*)?")
 _KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*=""")
@@ -43,10 +44,11 @@ class TomlFile:
         self.content: dict[str, object] | None = None
         self._lines: dict[tuple[str, int, str], int] = {}
         try:
-            if path.stat().st_size > MAXIMUM_BYTES:
+            data = read_limited(path)
+            if len(data) > MAXIMUM_BYTES:
                 problems.add(f"{path}: larger than {MAXIMUM_BYTES // 1024 // 1024} MiB, refused")
                 return
-            text = path.read_bytes().decode("utf-8-sig")
+            text = data.decode("utf-8-sig")
             self.content = tomllib.loads(text.replace("\r\n", "\n"), parse_float=WrittenNumber)
         except (OSError, UnicodeError) as error:
             problems.add(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})")
