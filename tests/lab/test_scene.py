@@ -16,7 +16,7 @@ from twip.cosim.log import McapLog
 from twip.cosim.playback import read
 from twip.cosim.record import Channel, Signal
 from twip.lab.rerun_view import recording, rerun
-from twip.lab.scene import scene
+from twip.lab.scene import One, scene
 
 GEAR, RADIUS, TRACK = 13.7, 0.06, 0.2
 """Of the made-up robot: its wheel radius is not the nominal one."""
@@ -140,6 +140,38 @@ def test_a_component_makes_way_for_the_topics(tmp_path):
     assert {"/tf", "/tf_2", "/robot_description"} <= set(topics)
 
 
+def test_one_of_several_robots_has_topics_frames_a_place_and_a_colour_of_its_own(tmp_path):
+    times = np.arange(101) / 1000.0
+    signals = columns(times)
+    by_component = {}
+    for name in signals:
+        component, _, variable = name.partition(".")
+        by_component.setdefault(component, []).append(Signal(variable, "Real", None, "output"))
+    plain = [Channel(component, tuple(of)) for component, of in by_component.items()]
+    rows = np.column_stack([signals[f"{c.component}.{s.name}"] for c in plain for s in c.signals])
+    path = tmp_path / "one.mcap"
+    with McapLog(path, plain, METADATA, extras=scene(plain, METADATA, One("left_one", 0.4, "#0072b2"))) as log:
+        log.write(times, rows)
+    (_, message), *_ = decoded(path, "/left_one/tf")
+    frames = [(t.parent_frame_id, t.child_frame_id) for t in message.transforms]
+    assert frames == [
+        ("world", "left_one_ground"),
+        ("left_one_ground", "left_one_base"),
+        ("left_one_base", "left_one_body"),
+        ("left_one_body", "left_one_left_wheel"),
+        ("left_one_body", "left_one_right_wheel"),
+    ]
+    ground = message.transforms[0]
+    assert (ground.translation.x, ground.translation.y, ground.rotation.w) == (0.0, 0.4, 1.0)
+    with path.open("rb") as stream:
+        ((_, _, text),) = make_reader(stream).iter_messages(topics=["/left_one/robot_description"])
+    robot = ET.fromstring(text.data[8:-1].decode())
+    assert {link.get("name") for link in robot.findall("link")} == {child for _, child in frames[1:]}
+    colour = robot.find("material[@name='body']/color").get("rgba")
+    # sRGB 0x72 stands for 0.168 of the light, 0xb2 for 0.445 (IEC 61966-2-1)
+    np.testing.assert_allclose([float(x) for x in colour.split()], [0.0, 0.1683, 0.4452, 1.0], atol=1e-4)
+
+
 def test_other_systems_have_no_scene():
     assert scene([Channel("plant", (Signal("pitch", "Real", "rad", "output"),))], {}) == []
 
@@ -147,7 +179,7 @@ def test_other_systems_have_no_scene():
 @pytest.mark.foreign
 def test_rerun_takes_poses_and_shapes(tmp_path):
     log = written(tmp_path / "robot.mcap", np.arange(2001) / 1000.0)
-    path = recording(log, tmp_path / "robot.rrd")
+    path = recording([log], tmp_path / "robot.rrd")
     stats = subprocess.run([rerun(), "rrd", "stats", path], capture_output=True, text=True, check=True).stdout
     for entity in ("/tf", "/robot_description", "/twip/visual_geometries/left_wheel/visual_0"):
         assert f"\n{entity}: " in stats, entity

@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from ..lab.rerun_view import FORMATS, recording, rerun
+from ..lab.rerun_view import APART, FORMATS, recording, rerun
 from .logs import read_log
 from .paths import made_from
 from .terminal import print_rows
@@ -14,6 +14,7 @@ DESCRIPTION = """\
 examples:
   twip view logs/twip.mcap
   twip view logs/twip.mcap --out twip.rrd
+  twip view logs/twip.mcap --with logs/pid.mcap --apart 0.4
 
 Look at a log in Rerun: the robot in 3D beside plots. Needs pip install 'twip[view]'.
 Rerun listens on 127.0.0.1 only."""
@@ -23,6 +24,16 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
     parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of twip")
+    parser.add_argument(
+        "--with", dest="others", nargs="+", type=Path, default=[], metavar="LOG.mcap", help="logs to compare with"
+    )
+    parser.add_argument(
+        "--apart",
+        type=float,
+        default=APART,
+        metavar="M",
+        help=f"between the robots of compared logs, in m; 0 shows each where it is; default: {APART:g}",
+    )
     parser.add_argument(
         "--out",
         type=Path,
@@ -34,11 +45,12 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Open or write the recording, and return the exit status."""
-    out = None if arguments.out is None else made_from([arguments.log], arguments.out, FORMATS)
-    log = read_log(arguments.log)
+    paths = [arguments.log, *arguments.others]
+    out = None if arguments.out is None else made_from(paths, arguments.out, FORMATS)
+    logs = [read_log(path) for path in paths]
     if out is not None:
-        print_rows(("recording", recording(log, out)))
+        print_rows(("recording", recording(logs, out, arguments.apart)))
         return 0
     with tempfile.TemporaryDirectory(prefix="twip-view-") as folder:
-        path = recording(log, Path(folder) / f"{arguments.log.stem}.rrd")
+        path = recording(logs, Path(folder) / f"{arguments.log.stem}.rrd", arguments.apart)
         return subprocess.run([rerun(), "--bind", "127.0.0.1", str(path)], check=False).returncode

@@ -9,27 +9,34 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from ..cosim.log import McapLog
 from ..cosim.log_schema import unique_identifiers
-from ..cosim.playback import Playback
+from ..cosim.playback import Playback, read
+from ..cosim.record import Channel
 from ..errors import TwipError
 from .drawing import INK, PALETTE, look
 from .endings import check_ending
-from .panels import panels
-from .scene import SIGNALS
+from .panels import Line, panels
+from .report.page import short_names
+from .scene import SIGNALS, One, scene
 
 APPLICATION = "twip"
 """Recording and blueprint belong together by this id."""
 FORMATS = (".rrd",)
 MOST_PLOTS = 6
+APART = 0.3
+"""Between the robots of several logs, in m."""
 DARK = {INK: "#f2f2f2", PALETTE[0]: PALETTE[5], PALETTE[1]: "#ff7a1a"}
 """Colours that would not show on Rerun's dark ground, and what stands for them."""
+COMPARED = ("real", "left", "other")
+"""Roles of the lines that are shown where logs are compared: one or two of each, for legends have room for few."""
 WIDTHS = {"estimate": 4.0, "real": 1.3}
 """In points: Rerun draws entities by their names, so the estimator's lines lie below the plant's, and show beside them.
 """
@@ -46,21 +53,59 @@ class Place:
     field: str
 
 
-def recording(log: Playback, path: Path) -> Path:
-    """Write a log as Rerun recording with its layout to `path` (.rrd), and return it; raises TwipError."""
+@dataclass(frozen=True)
+class Shown:
+    """A log in the recording: as it is, or one of several under a name of its own."""
+
+    log: Playback
+    places: Mapping[str, Place]
+    name: str = ""
+
+
+def recording(logs: Sequence[Playback], path: Path, apart: float = APART) -> Path:
+    """Write logs as one Rerun recording with its layout to `path` (.rrd), and return it; raises TwipError.
+
+    Several robots have colours, and stand `apart` m from each other beside where they are.
+    """
     check_ending(path, FORMATS)
     program = rerun()
     options = ("--application-id", APPLICATION, "--timeline-type", "duration")
-    with tempfile.TemporaryDirectory(prefix="twip-view-") as folder:
-        raw, layout = Path(folder) / "raw.rrd", Path(folder) / "layout.rbl"
-        _run([program, "mcap", "convert", *options, "-o", str(raw), str(log.path)])
-        blueprint(log).save(APPLICATION, str(layout))
+    with tempfile.TemporaryDirectory(prefix="twip-view-") as made:
+        folder = Path(made)
+        layout = folder / "layout.rbl"
+        shown = [Shown(log, places(log)) for log in logs] if len(logs) == 1 else _named(logs, folder, apart)
+        raws = []
+        for i, one in enumerate(shown):
+            raws.append(str(folder / f"{i}.rrd"))
+            source = one.log.path if len(logs) == 1 else folder / f"{one.name}.mcap"
+            same = () if len(logs) == 1 else ("--recording-id", APPLICATION)
+            _run([program, "mcap", "convert", *options, *same, "-o", raws[-1], str(source)])
+        blueprint(shown).save(APPLICATION, str(layout))
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TwipError(f"{path}: the recording cannot be written ({error.strerror})") from None
-        _run([program, "rrd", "merge", str(raw), str(layout), "-o", str(path)])
+        _run([program, "rrd", "merge", *raws, str(layout), "-o", str(path)])
     return path
+
+
+def _on_dark(color: str) -> str:
+    return DARK.get(color, color)
+
+
+def _named(logs: Sequence[Playback], folder: Path, apart: float) -> list[Shown]:
+    """Write the rows of several logs to `folder`, each below a topic of its own, and return where they lie."""
+    shown = []
+    names = unique_identifiers([name.replace("/", "_") for name in short_names([log.path for log in logs])])
+    for i, (log, name) in enumerate(zip(logs, names, strict=True)):
+        one = One(name, ((len(logs) - 1) / 2 - i) * apart, _on_dark(PALETTE[i % len(PALETTE)]))
+        channels = [Channel(".".join(filter(None, (name, c.component))), c.signals) for c in log.channels]
+        path = folder / f"{name}.mcap"
+        with McapLog(path, channels, {}, (), log.start_time, extras=scene(log.channels, log.metadata, one)) as file:
+            file.write(log.times, log.table())
+        found = places(read(path))
+        shown.append(Shown(log, {signal: found[f"{name}.{signal}"] for signal in log.signals}, name))
+    return shown
 
 
 def rerun() -> str:
@@ -72,25 +117,31 @@ def rerun() -> str:
     return program
 
 
-def blueprint(log: Playback) -> Any:
-    """Return the layout for a log."""
+def blueprint(shown: Sequence[Shown]) -> Any:
+    """Return the layout for logs."""
     layout: Any = import_module("rerun.blueprint")
     sdk: Any = import_module("rerun")
-    found = places(log)
+    merged: dict[str, list[tuple[int, int, Line]]] = {}
+    for i, one in enumerate(shown):
+        for panel in panels(one.log):
+            kept = [line for line in panel.lines if len(shown) == 1 or line.role in COMPARED]
+            merged.setdefault(panel.title, []).extend((i, k, line) for k, line in enumerate(kept))
     plots: list[Any] = []
-    for panel in panels(log):
-        drawable = [line for line in panel.lines if line.source in found]
-        lines = [line for line in drawable if log.unit(line.source) == log.unit(drawable[0].source)]
+    for title, of_all in merged.items():
+        drawable = [item for item in of_all if item[2].source in shown[item[0]].places]
+        units = [shown[i].log.unit(line.source) for i, _, line in drawable]
+        lines = [item for item, unit in zip(drawable, units, strict=True) if unit == units[0]]
         if not lines or len(plots) == MOST_PLOTS:
             continue
-        unit = log.unit(lines[0].source)
+        unit = units[0]
         overrides: dict[str, list[Any]] = {}
-        for position, line in enumerate(lines):
-            place, looks = found[line.source], look(line.role, position, 0, 1)
-            color = DARK.get(looks.color, looks.color)
+        for i, position, line in lines:
+            place, looks = shown[i].places[line.source], look(line.role, position, i, len(shown))
+            color = _on_dark(looks.color)
             red_green_blue = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
-            width = WIDTHS.get(line.role, looks.width)
-            series = sdk.SeriesLines(names=[line.label], colors=[red_green_blue], widths=[width])
+            width = WIDTHS.get(line.role, looks.width) if len(shown) == 1 else looks.width
+            label = ", ".join(filter(None, (line.label, shown[i].name)))
+            series = sdk.SeriesLines(names=[label], colors=[red_green_blue], widths=[width])
             mapping = layout.encodings.VisualizerComponentMapping(
                 target="Scalars:scalars",
                 source_kind=layout.encodings.ComponentSourceKind.SourceComponent,
@@ -98,7 +149,7 @@ def blueprint(log: Playback) -> Any:
                 selector=f".{place.field}",
             )
             overrides.setdefault(place.entity, []).append(series.visualizer(mappings=[mapping]))
-        name = f"{panel.title} [{unit}]" if unit else panel.title
+        name = f"{title} [{unit}]" if unit else title
         legend = layout.PlotLegend(layout.Corner2D.RightTop, visible=len(lines) > 1)
         plots.append(
             layout.TimeSeriesView(
@@ -106,14 +157,16 @@ def blueprint(log: Playback) -> Any:
             )
         )
     columns: list[Any] = [layout.Vertical(*plots)] if plots else []
-    if all(name in log.signals for name in SIGNALS):
+    if any(all(name in one.log.signals for name in SIGNALS) for one in shown):
+        away = 1.0 + 0.35 * (len(shown) - 1)
+        eye = [target + away * (at - target) for at, target in zip(EYE, TARGET, strict=True)]
         robot = layout.Spatial3DView(
             origin="/",
             name="robot",
             contents=["+ /**"],
             line_grid=layout.LineGrid3D(visible=True, spacing=0.1),
             spatial_information=layout.SpatialInformation(target_frame="world"),
-            eye_controls=layout.EyeControls3D(position=EYE, look_target=TARGET, eye_up=(0.0, 0.0, 1.0)),
+            eye_controls=layout.EyeControls3D(position=eye, look_target=TARGET, eye_up=(0.0, 0.0, 1.0)),
         )
         columns.insert(0, robot)
     return layout.Blueprint(

@@ -6,6 +6,7 @@ The floor is drawn level: a slope turns no frame.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from ...cosim.log_extra import ExtraChannel
 from ...cosim.record import Channel, columns
@@ -19,10 +20,23 @@ RATE = 100.0
 SIGNALS = ("plant.x", "plant.y", "plant.yaw", "plant.pitch", "plant.left.shaft_angle", "plant.right.shaft_angle")
 
 
-def scene(channels: Sequence[Channel], metadata: Mapping[str, Mapping[str, str]]) -> list[ExtraChannel]:
+@dataclass(frozen=True)
+class One:
+    """One of several robots in a scene: `name` is an identifier, it stands `aside` m to the left of where it is."""
+
+    name: str
+    aside: float
+    color: str
+    """Such as `#0072b2`."""
+
+
+def scene(
+    channels: Sequence[Channel], metadata: Mapping[str, Mapping[str, str]], one: One | None = None
+) -> list[ExtraChannel]:
     """Return what shows the robot to whoever reads a log with these channels, nothing if they are not the robot's.
 
-    `metadata` as `System.provenance` gives it holds the parameters that the run has.
+    `metadata` as `System.provenance` gives it holds the parameters that the run has. `one` of several robots has topics
+    and frames of its own.
     """
     names = columns(channels)
     if any(name not in names for name in SIGNALS):
@@ -31,12 +45,18 @@ def scene(channels: Sequence[Channel], metadata: Mapping[str, Mapping[str, str]]
     gear = number(metadata, "plant", "gear_ratio")
     radius, track = number(metadata, "plant", "wheel_radius"), number(metadata, "plant", "track_width")
 
+    prefix, topic, ground, beside = "", "", "world", list[Frame]()
+    if one is not None:
+        prefix, topic, ground = f"{one.name}_", f"/{one.name}", f"{one.name}_ground"
+        beside.append(Frame("world", ground, "z", Column(x, 0.0), (0.0, one.aside, 0.0)))
+
     def wheel(name: str, angle: int, y: float) -> Frame:
-        return Frame("body", name, "y", Column(angle, 1.0 / gear), (0.0, y, 0.0))
+        return Frame(f"{prefix}body", f"{prefix}{name}", "y", Column(angle, 1.0 / gear), (0.0, y, 0.0))
 
     frames = (
-        Frame("world", "base", "z", Column(yaw), (Column(x), Column(y), radius)),
-        Frame("base", "body", "y", Column(pitch)),
+        *beside,
+        Frame(ground, f"{prefix}base", "z", Column(yaw), (Column(x), Column(y), radius)),
+        Frame(f"{prefix}base", f"{prefix}body", "y", Column(pitch)),
         wheel("left_wheel", left, track / 2.0),
         wheel("right_wheel", right, -track / 2.0),
     )
@@ -47,4 +67,8 @@ def scene(channels: Sequence[Channel], metadata: Mapping[str, Mapping[str, str]]
         sensor_distance=number(metadata, "imu", "sensor_distance"),
         sensor_elevation=number(metadata, "imu", "sensor_elevation"),
     )
-    return [TransformChannel(frames, RATE), TextChannel("/robot_description", urdf(shape))]
+    description = urdf(shape, prefix, None if one is None else one.color)
+    return [
+        TransformChannel(frames, RATE, f"{topic}/tf"),
+        TextChannel(f"{topic}/robot_description", description),
+    ]

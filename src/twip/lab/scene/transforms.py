@@ -43,14 +43,14 @@ class Frame:
 
 
 class TransformChannel:
-    """The channel `/tf`, with the poses of all frames in the first row and then in the first one of each 1/`rate` s."""
+    """The channel `topic`, with poses of all frames in the first row and then in the first one of each 1/`rate` s."""
 
-    topic = "/tf"
     message_encoding = "protobuf"
     schema_name = "foxglove.FrameTransforms"
     schema_encoding = "protobuf"
 
-    def __init__(self, frames: Sequence[Frame], rate: float) -> None:
+    def __init__(self, frames: Sequence[Frame], rate: float, topic: str = "/tf") -> None:
+        self.topic = topic
         self.schema = _schema()
         self._period = round(1e9 / rate)
         self._next = 0

@@ -25,8 +25,11 @@ class Shape:
     sensor_elevation: float
 
 
-def urdf(shape: Shape) -> str:
-    """Return the robot description; links as the frames of `scene`, x forward, y left, z up."""
+def urdf(shape: Shape, prefix: str = "", color: str | None = None) -> str:
+    """Return the robot description; links as the frames of `scene`, x forward, y left, z up.
+
+    One of several robots has a `prefix` before its links, and a `color` such as `#0072b2` of its own.
+    """
     width = max(0.02, shape.track_width - WHEEL_WIDTH - 2.0 * GAP)
     height, foot = shape.body_height, 0.1 * shape.body_height
     along, up = (shape.sensor_distance * f(shape.sensor_elevation) for f in (cos, sin))
@@ -40,12 +43,24 @@ def urdf(shape: Shape) -> str:
         _cylinder("tyre", shape.wheel_radius, WHEEL_WIDTH, 0.0),
         *(_spoke(shape.wheel_radius, angle) for angle in (0.0, pi / 3.0, 2.0 * pi / 3.0)),
     ]
-    lines = ['<robot name="twip">']
-    lines += [f'<material name="{name}"><color rgba="{rgba}"/></material>' for name, rgba in COLOURS.items()]
-    lines += ['<link name="base"/>', _link("body", body), _link("left_wheel", wheel), _link("right_wheel", wheel)]
-    lines.append(_joint("base", "body", 0.0))
-    lines += [_joint("body", f"{n}_wheel", y * shape.track_width / 2) for n, y in (("left", 1.0), ("right", -1.0))]
+    colours = COLOURS
+    if color is not None:
+        own = " ".join(f"{_linear(int(color[i : i + 2], 16) / 255.0):.4f}" for i in (1, 3, 5))
+        colours = {**COLOURS, **dict.fromkeys(("body", "head", "tyre"), f"{own} 1")}
+    links = {name: f"{prefix}{name}" for name in ("base", "body", "left_wheel", "right_wheel")}
+    lines = [f'<robot name="{prefix}twip">']
+    lines += [f'<material name="{name}"><color rgba="{rgba}"/></material>' for name, rgba in colours.items()]
+    lines += [f'<link name="{links["base"]}"/>', _link(links["body"], body)]
+    lines += [_link(links["left_wheel"], wheel), _link(links["right_wheel"], wheel)]
+    lines.append(_joint(links["base"], links["body"], 0.0))
+    half = shape.track_width / 2
+    lines += [_joint(links["body"], links[f"{n}_wheel"], y * half) for n, y in (("left", 1.0), ("right", -1.0))]
     return "\n".join([*lines, "</robot>"])
+
+
+def _linear(encoded: float) -> float:
+    """Return how much light a number of sRGB (IEC 61966-2-1) stands for, which is what viewers take colours for."""
+    return ((encoded + 0.055) / 1.055) ** 2.4 if encoded > 0.04045 else encoded / 12.92
 
 
 def _link(name: str, visuals: list[str]) -> str:
