@@ -7,6 +7,7 @@ import pytest
 from robot_log import robot_log, write
 
 from twip.cli import main
+from twip.cosim.playback import read
 from twip.errors import TwipError
 from twip.lab import rerun_view
 from twip.lab.metrics import REQUIRED
@@ -70,3 +71,15 @@ def test_compared_robots_have_topics_frames_and_places_of_their_own(tmp_path):
     rows = [int(n) for n in re.findall(r"with (\d+) rows .* - /(?:one|two)/tf - .*Transform3D:quaternion", printed)]
     assert sum(rows) == 5 * (51 + 31)  # ground, base, body and wheels of each, 100 times a second
     assert set(re.findall(r"Recording,\n +\"(\w+)\",\n +\"(\w+)\"", printed)) == {("twip", "twip")}  # one recording
+
+
+@pytest.mark.foreign
+def test_a_log_that_is_cut_off_is_shown_as_far_as_it_goes(tmp_path):
+    whole = robot_log(tmp_path / "whole.mcap").path.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    log = read(tmp_path / "cut.mcap")
+    assert not log.complete
+    path = recording([log], tmp_path / "cut.rrd")
+    printed = subprocess.run([rerun(), "rrd", "print", path], capture_output=True, text=True, check=True).stdout
+    rows = [int(n) for n in re.findall(r"with (\d+) rows .* - /plant - .*twip.plant:message", printed)]
+    assert sum(rows) == len(log.times) > 500

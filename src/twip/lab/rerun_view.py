@@ -69,7 +69,8 @@ def recording(logs: Sequence[Playback], path: Path, apart: float = APART) -> Pat
     """
     check_ending(path, FORMATS)
     program = rerun()
-    options = ("--application-id", APPLICATION, "--timeline-type", "duration")
+    # without --recover the log of a killed run, which has no summary, becomes an empty recording
+    options = ("--application-id", APPLICATION, "--timeline-type", "duration", "--recover")
     with tempfile.TemporaryDirectory(prefix="twip-view-") as made:
         folder = Path(made)
         layout = folder / "layout.rbl"
