@@ -14,6 +14,8 @@ from ssp_writer import bind, component, connection, edit_fmu, linear, system, wr
 
 from twip.cli import main
 from twip.cosim import Table, load, simulate
+from twip.cosim.fmu import read_fmu
+from twip.cosim.problems import Place, Problems
 from twip.errors import TwipError
 from twip.fmi.interface import FMI_VERSIONS
 from twip.lab.container import pack
@@ -208,6 +210,17 @@ def test_a_unit_means_one_thing(folder):
     ssd = write(folder, system([component("a", "gain0.fmu", "y<"), component("b", "gain1.fmu", "y<")]))
     with pytest.raises(TwipError, match=r"^unit turn of b is not that of a$"):
         packed(ssd, "2.0", step_size=0.01)
+
+
+@pytest.mark.parametrize("version", FMI_VERSIONS)
+def test_a_difference_stays_one(folder, version):
+    about = {"unit": "K", "relativeQuantity": "true"}
+    edit_fmu(folder / GAIN, folder / "gain.fmu", variables={"u": about, "y": {"unit": "K"}}, definitions="K K=1")
+    path, _ = packed(write(folder, system([component("a", "gain.fmu", "u> y<")])), version, step_size=0.01)
+    problems = Problems()
+    fmu = read_fmu(path, path.name, problems, Place("test"))
+    assert problems.lines == []
+    assert {name for name, variable in fmu.variables.items() if variable.relative} == {"a.u"}
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,7 @@ class Assigned:
         if target.obstacle:
             self.problems.add(f"{target.name} cannot be set: {target.obstacle}", place)
             return
-        value = take(target.name, target.type, target.items, target.unit, written, self.problems)
+        value = take(target.name, target.type, target.items, target.unit, written, self.problems, target.relative)
         self.set_variable(key, target, value, place)
 
     def set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
@@ -69,7 +69,8 @@ class Assigned:
         type_ = port.type or next((p.type for p in behind if p.type), "Real")
         items = port.items or next((p.items for p in behind if p.items), ())
         name = full_name(port.key)
-        value = take(name, type_, items, port.unit, written, self.problems)
+        relative = any(p.variable.relative for p in behind if p.variable is not None)
+        value = take(name, type_, items, port.unit, written, self.problems, relative)
         if value is None:
             return
         if port.kind == "input" and (why := cannot_travel(type_, value)):
@@ -97,7 +98,7 @@ class Assigned:
             self.problems.add(f"{name} cannot be set: no settable variable feeds it", written.place)
             return
         type_, items = port.type or variable.type, port.items or variable.items
-        value = take(name, type_, items, port.unit, written, self.problems)
+        value = take(name, type_, items, port.unit, written, self.problems, variable.relative)
         if value is None or isinstance(value, str):
             self.set_variable(link.source.key, variable, value, written.place)
             return

@@ -101,6 +101,7 @@ class _Description(Reader):
         labels = tuple((label, number) for label, number in numbers if number is not None)
         start = self._start(name, value)
         unit = next((source.get("unit") for source in sources if source.get("unit") is not None), None)
+        relative = next((source for source in sources if source.get("relativeQuantity") is not None), None)
         if reference is None or len(self.problems.lines) > before:
             return None
         type_ = str(value.tag)
@@ -108,6 +109,7 @@ class _Description(Reader):
             name, reference, type_, "Integer" if type_ == "Enumeration" else type_, causality, variability,
             _INITIAL[variability][causality] if initial is None else initial, lookup(unit, units), minimum, maximum,
             abs(nominal) if nominal else 1.0, labels, start, item.get("description", ""),
+            relative=relative is not None and self.boolean(relative, "relativeQuantity"),
         )  # fmt: skip
 
     def _bound(self, sources: list[Element], attribute: str) -> float | None:

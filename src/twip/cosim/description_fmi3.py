@@ -196,6 +196,7 @@ class _Reader:
                 None if minimum is None else bound(minimum), None if maximum is None else bound(maximum),
                 abs(float(nominal)) if nominal is not None else 1.0, items if type_ == "Enumeration" else (), start,
                 item.get("description", ""), name if shape else None, alias_of,
+                (inherited("relativeQuantity") or "").strip() in ("true", "1"),
             )
             for index, start in zip(indices, starts, strict=True)
         ]  # fmt: skip

@@ -100,8 +100,25 @@ def full_name(key: Key) -> str:
     return f"{key[0]}.{key[1]}" if key[0] else key[1]
 
 
-def trace(key: Key, edges: AnyMapping[Key, Edge], severed: Set[Key], problems: Problems) -> Link | None:
-    """Follow the connections from a target back to where its value begins; None where that is not to be known."""
+def differences(edges: AnyMapping[Key, Edge]) -> dict[Key, dict[bool, Edge]]:
+    """Return, for each open connector, an edge to a variable that is a difference (True) and one to another (False)."""
+    found: dict[Key, dict[bool, Edge]] = {}
+    for edge in edges.values():
+        variable, source, steps = edge.target.variable, edge.source, 0
+        while source.key in edges and steps < len(edges):  # a circle is told by `trace`
+            source, steps = edges[source.key].source, steps + 1
+        if variable is not None and source.variable is None:
+            found.setdefault(source.key, {}).setdefault(variable.relative, edge)
+    return found
+
+
+def trace(
+    key: Key, edges: AnyMapping[Key, Edge], severed: Set[Key], differing: Set[Key], problems: Problems
+) -> Link | None:
+    """Follow the connections from a target back to where its value begins; None where that is not to be known.
+
+    What begins at a key in `differing` is a difference (`relativeQuantity`).
+    """
     chain: list[Edge] = []
     passed: set[Key] = set()
     while key in edges:
@@ -125,7 +142,7 @@ def trace(key: Key, edges: AnyMapping[Key, Edge], severed: Set[Key], problems: P
         return None
     if not _types_fit(chain, problems):
         return None
-    converted = convert_along(tuple(chain), problems)
+    converted = convert_along(tuple(chain), problems, relative=source.key in differing)
     return None if converted is None else Link(source, tuple(chain), converted)
 
 
@@ -163,30 +180,55 @@ def _types_fit(chain: list[Edge], problems: Problems) -> bool:
     return True
 
 
-def convert_along(edges: tuple[Edge, ...], problems: Problems, unit: Unit | None = None) -> Conversion | None:
+def convert_along(
+    edges: tuple[Edge, ...], problems: Problems, unit: Unit | None = None, relative: bool = False
+) -> Conversion | None:
     """Return what becomes of a value on its way along `edges`; `unit` is its unit where the first connector does not
-    say.
+    say, `relative` tells whether it is a difference where neither end is a variable, which says so.
     """
     if family(_steps(edges)[0][1][0]) != "Real":
         return Conversion(IDENTITY, _map_along(edges, problems))
     first, last = edges[0].source, edges[-1].target
     unit = first.unit or unit
+    ends = [port.variable for port in (first, last) if port.variable is not None]
+    relative = any(variable.relative for variable in ends) if ends else relative
+    doubtful = not all(variable.relative == relative for variable in ends)
     # the units of a component's connector and variable fit: wiring has refused the others
-    result = IDENTITY if first.variable is None else conversion(first.variable.unit, unit)
+    result = IDENTITY if first.variable is None else conversion(first.variable.unit, unit, first.variable.relative)
     for edge in edges:
         if edge.connection.suppress_unit_conversion:
             unit = edge.target.unit
         else:
+            label = f"{edge.source.label(unit)} → {edge.target.label()}"
             try:
-                result = result.then(conversion(unit, edge.target.unit))
+                step = conversion(unit, edge.target.unit, relative)
             except UnitMismatchError as mismatch:
-                ends = f"{edge.source.label(unit)} → {edge.target.label()}"
-                problems.add(f"{ends}: {mismatch}", edge.connection.place)
+                problems.add(f"{label}: {mismatch}", edge.connection.place)
                 return None
+            if doubtful and step != conversion(unit, edge.target.unit):
+                problems.add(
+                    f"{label}: {_one_difference(first, last)}, and the units have offsets", edge.connection.place
+                )
+                return None
+            result = result.then(step)
             unit = edge.target.unit or unit
         if edge.connection.transformation is not None:
             result = result.then(edge.connection.transformation.affine)
-    return Conversion(result if last.variable is None else result.then(conversion(last.unit, last.variable.unit)))
+    if doubtful:
+        problems.warn(
+            f"{edges[0].source.label()} → {last.label()}: {_one_difference(first, last)}", edge.connection.place
+        )
+    if last.variable is not None:
+        result = result.then(conversion(last.unit, last.variable.unit, last.variable.relative))
+    return Conversion(result)
+
+
+def _one_difference(first: Port, last: Port) -> str:
+    """Say which end of a connection is a difference: FMI wants that of both or none (FMI 2.0.4 section 2.2.2)."""
+    names = [full_name(port.key) for port in (first, last)]
+    if first.variable is None or not first.variable.relative:
+        names.reverse()
+    return f"{names[0]} is a difference (relativeQuantity), {names[1]} is not"
 
 
 def _map_along(edges: tuple[Edge, ...], problems: Problems) -> Mapping | None:

@@ -159,6 +159,8 @@ def with_unit(value: object, variable: Variable) -> str:
 def _described(variable: Variable, fmu: Fmu) -> str:
     start = "" if variable.start is None else variable.start
     parts = [with_unit(start, variable).strip(), variable.type, variable.variability]
+    if variable.relative:
+        parts.append("a difference")
     if variable.minimum is not None or variable.maximum is not None:
         low, high = ("" if bound is None else f"{bound:g}" for bound in (variable.minimum, variable.maximum))
         parts.append(f"from {low or '-∞'} to {high or '∞'}")

@@ -211,6 +211,8 @@ class _Fitting:
         if connector.type.unit:
             definitions = {} if self.old is None else self.old.units
             unit = lookup(connector.type.unit, self.element.document.units, definitions)
+        if partners and old is not None and old.relative != variable.relative:
+            self._tell_difference(connector, unit, variable, used)
         try:
             conversion(unit, variable.unit)
         except UnitMismatchError as mismatch:
@@ -229,10 +231,24 @@ class _Fitting:
             return connector
         return dataclasses.replace(connector, type=dataclasses.replace(connector.type, unit=unit.name))
 
+    def _tell_difference(self, connector: Connector, unit: Unit | None, new: Variable, used: str) -> None:
+        """Tell that a variable is a difference (`relativeQuantity`) in one FMU only: a problem where offsets count."""
+        names = ("in " + self.new.name, "in the system")
+        one, other = names if new.relative else names[::-1]
+        said = f"{connector.name} is a difference (relativeQuantity) {one}, not {other}"
+        try:
+            same = conversion(unit, new.unit) == conversion(unit, new.unit, relative=True)
+        except UnitMismatchError:
+            return
+        if same:
+            self._warn(said)
+        else:
+            self._refuse(f"{said}, and the units have offsets{used}", connector)
+
     def _tell_bounds(self, old: Variable, new: Variable) -> None:
         """Warn of an input that allows less than before, and of an output that may give more."""
         try:
-            convert = conversion(old.unit, new.unit)
+            convert = conversion(old.unit, new.unit, new.relative)
         except UnitMismatchError:  # the connector's unit fits
             return
         takes = new.causality == "input"

@@ -50,11 +50,12 @@ class UnitMismatchError(Exception):
     """Two units measure different things, or one of them is not defined."""
 
 
-def conversion(source: Unit | None, target: Unit | None) -> Affine:
+def conversion(source: Unit | None, target: Unit | None, relative: bool = False) -> Affine:
     """Return the conversion of a value in `source` to the same quantity in `target`.
 
-    Without a unit on one side nothing is known and the value passes as it is. Raises `UnitMismatchError` when the
-    exponents differ or when units of different names lack a definition.
+    Of a `relative` quantity, such as a difference of temperatures, the offsets do not count: base = factor * value
+    (FMI 2.0.4 section 2.2.2, FMI 3.0.1 section 2.4.3). Without a unit on one side nothing is known and the value passes
+    as it is. Raises `UnitMismatchError` when the exponents differ or when units of different names lack a definition.
     """
     if source is None or target is None:
         return IDENTITY
@@ -64,9 +65,10 @@ def conversion(source: Unit | None, target: Unit | None) -> Affine:
         raise UnitMismatchError(f"unit {(source if source.exponents is None else target).name} has no definition")
     if source.exponents != target.exponents:
         raise UnitMismatchError("units differ")
-    if source.factor == target.factor and source.offset == target.offset:
+    difference = 0.0 if relative else source.offset - target.offset
+    if source.factor == target.factor and difference == 0.0:
         return IDENTITY
-    offset = (source.offset - target.offset) / target.factor
+    offset = difference / target.factor
     return Affine(source.factor / target.factor, offset or -0.0)
 
 

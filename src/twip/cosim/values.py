@@ -39,8 +39,19 @@ class Written:
     suppress_unit_conversion: bool = False
 
 
-def take(name: str, type_: str, items: Items, unit: Unit | None, written: Written, problems: Problems) -> Value | None:
-    """Return a written value as its target takes it: in its type and unit, transformed; None for a problem."""
+def take(
+    name: str,
+    type_: str,
+    items: Items,
+    unit: Unit | None,
+    written: Written,
+    problems: Problems,
+    relative: bool = False,
+) -> Value | None:
+    """Return a written value as its target takes it: in its type and unit, transformed; None for a problem.
+
+    `relative` says whether it is a difference, to which the offsets of units do not matter.
+    """
     text, transformation, place = written.text, written.transformation, written.place
     if transformation is not None and (reason := transformation.misfit(type_)):
         problems.add(f"{name}: {reason}", transformation.place)
@@ -56,7 +67,7 @@ def take(name: str, type_: str, items: Items, unit: Unit | None, written: Writte
     if family(type_) == "Real":
         own = None if written.suppress_unit_conversion else written.unit
         try:
-            value = conversion(own, unit)(float(value))
+            value = conversion(own, unit, relative)(float(value))
         except UnitMismatchError as mismatch:
             problems.add(
                 f"{name} = {text} [{own.name if own else ''}] for a variable in"

@@ -38,6 +38,8 @@ class Variable:
     alias_of: str | None = None
     """The variable that this is another name of (FMI 3): a connector may have such a name, but it is not
     set."""
+    relative: bool = False
+    """Whether it is a difference (`relativeQuantity`): the offset of its unit does not count."""
 
     @property
     def settable(self) -> bool:

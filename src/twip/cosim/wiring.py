@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from .dictionaries import Dictionaries
 from .fmu import Fmu
 from .kinds import ALLOWED, refusal
-from .links import Edge, Key, Link, Port, full_name, trace
+from .links import Edge, Key, Link, Port, differences, full_name, trace
 from .problems import Problems
 from .structure import ComponentElement, Connection, Connector, DictionaryReference, Document, SystemElement, join
 from .units import UnitMismatchError, conversion, lookup
@@ -45,10 +45,18 @@ def wire(
     wirer.add_system(system, "", ())
     wirer.join_dictionaries()
     wiring = Wiring(wirer.ports, severed=wirer.severed)
+    takers = differences(wirer.edges)
+    differing = {key for key, found in takers.items() if True in found}
     for key in wirer.edges:
-        link = trace(key, wirer.edges, wirer.severed, problems)
+        link = trace(key, wirer.edges, wirer.severed, differing, problems)
         if link is not None:
             wiring.links[key] = link
+    for key, found in takers.items():
+        if len(found) > 1:
+            one, other = (full_name(found[relative].target.key) for relative in (True, False))
+            place = found[True].connection.place
+            text = f"{full_name(key)} feeds {one}, a difference (relativeQuantity), and {other}, which is none"
+            problems.warn(text, place)
     return wiring
 
 

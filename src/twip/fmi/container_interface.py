@@ -141,6 +141,7 @@ def _add(
             number("nominal", ("Real",)),
             start=None if v.causality == "output" else _number(start),
             description=v.description or "",
+            relative=variable in fmu.differences,
         )
     )
     face.types[name] = kind

@@ -30,6 +30,8 @@ class Variable:
     description: str = ""
     depends: tuple[str, ...] = ()
     initially: tuple[str, ...] = ()
+    relative: bool = False
+    """Whether it is a difference: the offset of its unit does not count."""
 
     @property
     def attribute(self) -> str:

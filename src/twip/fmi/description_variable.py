@@ -24,6 +24,8 @@ def common_attributes(v: Variable, reference: int) -> dict[str, str]:
 def typed_attributes(v: Variable) -> dict[str, str]:
     """Return unit, bounds, nominal and start value, exactly."""
     details = {"unit": unit_of(v), "displayUnit": v.display_unit} if v.type == "Real" else {}
+    if v.relative:
+        details["relativeQuantity"] = "true"
     numbers = {"min": v.minimum, "max": v.maximum, "nominal": v.nominal, "start": v.start}
     if v.type == "Boolean":
         numbers = {"start": v.start}

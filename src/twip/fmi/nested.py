@@ -63,6 +63,8 @@ class NestedFmu:
     variables: dict[str, ModelVariable]
     platforms: frozenset[str]
     """In FMI 2.0's words."""
+    differences: frozenset[str]
+    """Variables that are relative quantities: the offsets of their units do not count."""
 
     @property
     def fmi(self) -> str:
@@ -142,7 +144,25 @@ def read_nested(path: Path, folder: str) -> NestedFmu:
     names = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}
     platforms = frozenset(names.get(p, p) for p in fmpy.supported_platforms(str(path)))
     variables = {v.name: v for v in description.modelVariables}
-    return NestedFmu(path, folder, description, variables, platforms)
+    return NestedFmu(path, folder, description, variables, platforms, _differences(path, description))
+
+
+def _differences(path: Path, description: ModelDescription) -> frozenset[str]:
+    """Return the variables that are differences; fmpy reads the attribute of types only."""
+    if path.is_dir():
+        root = etree.parse(path / "modelDescription.xml").getroot()
+    else:
+        with zipfile.ZipFile(path) as archive:
+            root = etree.fromstring(archive.read("modelDescription.xml"))
+    told = {t.name: "true" for t in description.typeDefinitions if getattr(t, "relativeQuantity", False)}
+    found = set()
+    for element in root.iterfind("ModelVariables/*"):
+        scalar = element.find("Real") if element.tag == "ScalarVariable" else element
+        if scalar is not None:
+            inherited = told.get(scalar.get("declaredType", ""), "false")
+            if scalar.get("relativeQuantity", inherited).strip() in ("true", "1"):
+                found.add(element.get("name", ""))
+    return frozenset(found)
 
 
 def _unit_element(unit: Unit) -> etree._Element:
