@@ -28,7 +28,7 @@ from ssp_writer import (
     write,
 )
 
-from twip.cosim import check, load, playback, simulate
+from twip.cosim import check, load, playback, schemas, simulate
 from twip.cosim.checkpoint import Checkpoint
 from twip.cosim.experiment import time_grid
 from twip.cosim.inputs import NO_INPUTS
@@ -246,3 +246,12 @@ def test_thousands_of_damaged_files_are_read_or_refused(samples, kind):
     wrong, refused = fuzz(samples, kind, 1000, count)
     assert wrong == [], "\n".join(wrong[:10])
     assert refused > count // 4
+
+
+@pytest.mark.parametrize("kind", ["ssd", "ssv", "ssm", "ssb"])
+def test_the_readers_stand_without_the_schemas(samples, kind, monkeypatch):
+    """As version 2 is read where its schemas are not installed."""
+    monkeypatch.setattr(schemas, "schema_folder", lambda _: None)
+    wrong, refused = fuzz(samples, kind, 50_000, 40)
+    assert wrong == [], "\n".join(wrong[:10])
+    assert refused > 5

@@ -133,7 +133,7 @@ def test_a_mapping_file_that_is_missing_or_something_else(folder):
         "no.ssm: No such file or directory"
     ]
     assert check(of_gain(folder, bind(values, mapped="map.ssm"))) == [
-        "expected a ParameterMapping, found a without a namespace (map.ssm line 1)"
+        "expected a ParameterMapping, found a (map.ssm line 1)"
     ]
     (folder / "map.ssm").write_text(parameter_mapping([("a", "b")]).replace('target="b"', 'goal="b"'))
     assert "goal" in check(of_gain(folder, bind(values, mapped="map.ssm")))[0]

@@ -83,6 +83,22 @@ def test_a_description_that_cannot_be_read_does_not_hide_the_files_beside_it(fol
     ]  # fmt: skip
 
 
+def test_an_invalid_description_does_not_hide_what_is_wrong_in_its_files(folder):
+    (folder / "bad.fmu").write_bytes(b"no archive")
+    (folder / "p.ssv").write_text(parameter_set({"k": ("Real", "a lot")}))
+    (folder / "m.ssm").write_text("<nothing")
+    parts = [
+        component("bad", "bad.fmu"),
+        component("good", GAIN, "u>", bind(source="p.ssv", mapped="m.ssm")),
+        system([component("deep", "none.fmu", "u>")], name="inner"),
+    ]
+    path = write(folder, system(parts, ['<ssd:Connection startElement="good"/>']))
+    lines = check(path)
+    names = ("startConnector", "bad.fmu", "none.fmu", "p.ssv", "m.ssm")
+    assert [name for line in lines for name in names if name in line] == list(names)
+    assert not any("none.fmu" in line for line in check(path, swap={"inner.deep": folder / GAIN}))
+
+
 def test_the_proposed_coupling_is_checked_beside_wrong_values(folder):
     path = write(
         folder,

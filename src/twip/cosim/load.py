@@ -14,6 +14,7 @@ from .fmus import read_fmus
 from .parametrization import parametrize
 from .problems import Problems
 from .references import DEFAULT_SSD, References
+from .salvage import check_files
 from .several import PathLike, Paths, by_name, paths
 from .source import Location, is_special, read_file
 from .ssd import read_description
@@ -91,6 +92,8 @@ def _load(
     location = Location(file.parent, enclosure, file.name)
     description = None if root is None else read_description(root, location, problems)
     if description is None:
+        if root is not None:
+            check_files(root, location, others, problems)
         return None, _with_files(problems, files)
     sources = {"system": {"file": path.name, "name": description.name}}
     if path.is_file():

@@ -11,7 +11,7 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from .document import Element, Reader, ssp_name
+from .document import Element, Reader, name_of, ssp_name
 from .problems import Place, Problems
 
 _VERSION = re.compile(r"([12])\.([0-9]+)(-.*)?")
@@ -57,7 +57,8 @@ def opened(root: Element, name: str, file: str, problems: Problems) -> Reader | 
     """
     reader = Reader(file, problems)
     if ssp_name(root) != name:
-        problems.add(f"expected a {name}, found {ssp_name(root)}", reader.place(root))
+        found = ssp_name(root) if name_of(root) == name else name_of(root)
+        problems.add(f"expected a {name}, found {found}", reader.place(root))
         return None
     if not _valid(root, _ROOTS[name], file, problems):
         return None
