@@ -211,6 +211,13 @@ def test_when_one_fails_beside_one_that_hangs_the_run_ends_in_time(faulty_folder
     assert time.monotonic() - begin < 20.0
 
 
+def test_what_fmus_have_added_to_the_path_is_left_out(faulty_folder, monkeypatch):
+    """pythonfmu adds a folder for every instance; a variable of the environment holds 128 KiB at most."""
+    monkeypatch.setattr(sys, "path", [*sys.path, *(f"/fmu/{n}/resources" for n in range(10_000))])
+    table, failure = run(chain(faulty_folder), {}, stop_time=0.2)
+    assert (len(table.times), failure) == (3, "")
+
+
 @pytest.mark.heavy
 def test_the_robot_stands_up_alike(built):
     tables = []

@@ -1,6 +1,7 @@
 """Unpacked FMUs that stay for later runs: where, when anew, when not, and what the user is told."""
 
 import os
+import py_compile
 import subprocess
 import sys
 import zipfile
@@ -227,3 +228,19 @@ def test_the_user_is_told_before_the_loop_is_compiled(path, monkeypatch, cached)
     with load(path) as loaded:
         simulate(loaded, step_size=0.5, loop="compiled", notice=told.append)
     assert told == ([] if cached else ["compiling the loop: needed once per build, takes a while"])
+
+
+def test_bytecode_that_was_cut_off_on_a_full_disk_is_made_anew(path, monkeypatch):
+    """Python 3.11 takes a short write of bytecode for a whole one, and fails at it ever after."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    kept, _, _ = run(path)
+    (kept / "resources" / "by_hand.py").write_text("answer = 42\n")
+    written = Path(py_compile.compile(str(kept / "resources" / "by_hand.py"), doraise=True))
+    whole = written.read_bytes()
+    for cut in (whole[:-3], whole[:16], whole[:5], b""):
+        written.write_bytes(cut)
+        run(path)
+        assert not written.exists()
+    written.write_bytes(whole)
+    run(path)
+    assert written.read_bytes() == whole

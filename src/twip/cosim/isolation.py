@@ -50,6 +50,8 @@ TIME_LIMIT = 10.0
 """Longest that a call may take by default, in s."""
 START_LIMIT = 120.0
 """The same until the first step is done, if that is more, in s: an FMU may compile its code."""
+_PATH = os.pathsep.join(dict.fromkeys(filter(None, sys.path)))
+"""Where this package and what it needs was found; later every FMU of pythonfmu adds its folder, thousands in time."""
 _IN_STEP = ("setting the inputs", "doStep", "getting the outputs")
 _ACTIONS = {
     "setup": "entering initialization mode",
@@ -131,7 +133,7 @@ class IsolatedInstance:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "twip.cosim.isolation_child", *map(str, descriptors), str(os.getpid())],
                 stdin=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                env={**os.environ, "PYTHONPATH": _PATH},
                 pass_fds=descriptors,
                 start_new_session=True,  # Ctrl-C is for the run alone
             )

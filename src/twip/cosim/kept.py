@@ -6,9 +6,11 @@ be deleted at any time when no run uses them.
 """
 
 import contextlib
+import marshal
 import os
 import pathlib
 import shutil
+import sys
 import tempfile
 import zipfile
 import zlib
@@ -20,6 +22,8 @@ from .fmu import Fmu, file_fingerprint
 MARKER = "twip-keeps-this-folder"
 """File beside the model description of an FMU in a folder that stays."""
 _NOTE = "This unpacked FMU is kept by twip for later runs. When no run uses it, the folder may be deleted.\n"
+_PYC_HEAD = 16
+"""Bytes before the code in a file of bytecode (PEP 552)."""
 _abandoned: set[pathlib.Path] = set()
 _compiled: set[pathlib.Path] = set()
 """Folders that hold compiled code, or have nothing to compile."""
@@ -60,6 +64,7 @@ def keep(fmu: Fmu) -> pathlib.Path:
     try:
         if not _intact(folder, fmu.path):
             _renew(folder, fmu)
+        _drop_cut_bytecode(folder)
     except OSError as error:
         raise NotKeptError(
             f"FMUs are unpacked for this run only: {root} cannot be written ({error.strerror or error})"
@@ -83,6 +88,15 @@ def awaits_compiling(folder: pathlib.Path) -> bool:
     if not awaits:
         _compiled.add(folder)
     return awaits
+
+
+def _drop_cut_bytecode(folder: pathlib.Path) -> None:
+    """Remove bytecode that Python has written in part, as it may on a full disk: it would not compile it again."""
+    for file in folder.rglob(f"*.{sys.implementation.cache_tag}.pyc"):
+        try:
+            marshal.loads(file.read_bytes()[_PYC_HEAD:])
+        except (EOFError, ValueError, TypeError):
+            file.unlink(missing_ok=True)
 
 
 def _intact(folder: pathlib.Path, archive: pathlib.Path) -> bool:
