@@ -66,8 +66,8 @@ class Assigned:
         behind = [e.target for _, link in links for e in link.edges]
         if port.key in self.wiring.severed and port.type is None:
             return  # its type is that of what it leads to
-        type_ = port.type or next((p.type for p in behind if p.type), "Real")
-        items = port.items or next((p.items for p in behind if p.items), ())
+        declared, items = self.wiring.type_of(port)
+        type_ = declared or "Real"
         name = full_name(port.key)
         relative = any(p.variable.relative for p in behind if p.variable is not None)
         value = take(name, type_, items, port.unit, written, self.problems, relative)

@@ -4,13 +4,14 @@ import difflib
 import math
 from collections.abc import Mapping
 
-from .inputs import RULES
 from .links import Conversion
 from .problems import Place
 from .record import Signal
 from .scenario import Fault, point_of
 from .scenario_entries import Entries, typed
+from .targets import RULES, End, objections, signal_type
 from .toml_file import shown
+from .transformation import Items
 from .value_types import family
 from .values import cannot_travel, in_vector
 
@@ -53,18 +54,25 @@ class FaultEntries(Entries):
         if "signal" not in entry:
             return None
         column, targets = self._connections(label, entry["signal"], driven, self._at(index, "signal"))
-        size = self._size(label, kind, entry, self._signal(column).type, self._at(index, key)) if targets else None
-        if kind == "stuck" and size is not None:
-            for target, convert in targets:
-                if convert(size) is None:
-                    text = f"{label}.value = {size:g} has no value for {self.names[target]}: it is not mapped"
-                    self.problems.add(text, self._at(index, key))
+        type_, items = signal_type(self.system, column)
+        size = self._size(label, kind, entry, type_, items, self._at(index, key)) if targets else None
+        if kind == "stuck" and type_ != "String" and size is not None:
+            variables = self.system.variables
+            ends = [
+                End(self.names[c], variables[c], None if c == column else convert)
+                for c, convert in targets
+                if c in variables
+            ]
+            number = size if family(type_) == "Real" else int(size)
+            for line in objections(f"{label}.value", number, ends):
+                self.problems.add(line, self._at(index, key))
         first, last = self._interval(label, times[0], times[1], self._at(index, "start"))
         if self.grid is None or len(self.problems.lines) > before or not isinstance(seed, int):
             return None
         unit = {"delay": "s", "dropout": ""}.get(kind, self._signal(column).unit or "")
-        is_text = kind == "stuck" and self._signal(column).type == "String"
-        text = "" if size is None else shown(entry[key]) if is_text else f"{size!r} {unit}".rstrip()
+        text = "" if size is None else f"{size!r} {unit}".rstrip()
+        if kind == "stuck" and type_ in ("String", "Enumeration") and text:
+            text = next((item for item, number in items if number == size), shown(entry[key]))
         delay = round(size / self.grid.step_size) if kind == "delay" and size is not None else 0
         signal = self.names[column]
         return Fault(
@@ -123,7 +131,9 @@ class FaultEntries(Entries):
         first = self.system.first_column[component]
         return range(first, first + next(len(c.inputs) for c in self.system.components if c.name == component))
 
-    def _size(self, label: str, kind: str, entry: Mapping[str, object], type_: str, place: Place) -> float | None:
+    def _size(
+        self, label: str, kind: str, entry: Mapping[str, object], type_: str, items: Items, place: Place
+    ) -> float | None:
         """Return the size of a fault of a signal of type `type_`."""
         key = FAULTS[kind][0]
         if kind == "delay" and type_ == "String":
@@ -135,7 +145,7 @@ class FaultEntries(Entries):
         if key not in entry:
             return 1.0 if kind == "dropout" else None
         given = entry[key]
-        value = typed(given, type_ if kind == "stuck" else "Real")
+        value = typed(given, type_ if kind == "stuck" else "Real", items)
         size = None if value is None else in_vector(value)
         if kind == "stuck" and value is not None and (why := cannot_travel(type_, value)):
             self.problems.add(f"{label}.value: {shown(given)} cannot be taken, {why}", place)

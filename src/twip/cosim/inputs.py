@@ -1,9 +1,10 @@
 """Time series for the inputs that no connection feeds, from a CSV file or from a scenario.
 
 A CSV file has a column `time` in s and one column per input, named `component.variable` or by the connector of the
-outermost system, in the unit of the variable or connector. Real values are linear between rows unless the variable is
-discrete; all others are held. The first and last values hold outside the file's interval. Two rows at one time are a
-jump: the second counts from that time on.
+outermost system, in the unit of the variable or connector; items of an enumeration by name or number. Real values are
+linear between rows unless the variable is discrete; all others are held. A connector that feeds a discrete input is
+held, for continuous ones behind it too. The first and last values hold outside the file's interval. Two rows at one
+time are a jump: the second counts from that time on.
 """
 
 import csv
@@ -18,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .problems import Place, Problems
-from .scalar_types import TYPES, rule
 from .system import System
+from .targets import RULES, Target, ends_of, objections, signal_type
 from .value_types import family
 from .values import cannot_travel, in_vector, parse_value
 
@@ -28,9 +29,6 @@ EARLY = 1e-9
 
 SAME_SLOPE = 1e-9
 """Relative difference of slopes that counts as rounding."""
-
-RULES = {name: rule(name) for name in TYPES} | {"Real": "a finite number", "Boolean": "true, false, 1 or 0"}
-"""What a value of a type must be."""
 
 
 class Part(Protocol):
@@ -60,8 +58,17 @@ class Series:
         after = np.minimum(row + 1, len(self.times) - 1)
         begin, span = self.times[row], self.times[after] - self.times[row]
         share = np.clip((times - begin) / np.where(span > 0.0, span, 1.0), 0.0, 1.0)
-        held = self.table[row]
-        return np.where(self.linear, held + (self.table[after] - held) * share[:, None], held)
+        held, next_, share = self.table[row], self.table[after], share[:, None]
+        with np.errstate(over="ignore", invalid="ignore"):
+            between = held + (next_ - held) * share
+        between = np.where(np.isfinite(between), between, held * (1.0 - share) + next_ * share)
+        return np.where(self.linear, between, held)
+
+    def moving(self) -> NDArray[np.bool_]:
+        """Return whether values change between rows at different times (columns,)."""
+        apart = (np.diff(self.times) > 0.0)[:, None]
+        moving: NDArray[np.bool_] = ((self.table[1:] != self.table[:-1]) & apart).any(axis=0)
+        return moving
 
     def events(self) -> NDArray[np.float64]:
         """Return the times in s at which a value or its slope jumps."""
@@ -101,15 +108,6 @@ class InputSeries:
 NO_INPUTS = InputSeries(np.zeros(0, np.int32), ())
 
 
-@dataclass(frozen=True)
-class Target:
-    """An input that a time series may drive."""
-
-    column: int
-    type: str
-    linear: bool
-
-
 def series_of(targets: Sequence[Target], rows: Sequence[Sequence[float]]) -> InputSeries:
     """Return checked rows (time in s, then a value per target) as input series."""
     table = np.array(rows, np.float64)
@@ -145,10 +143,7 @@ def read_inputs(path: str | os.PathLike[str], system: System, problems: Problems
     targets = _targets(system, header, Place(file.name, lines[0][0]), problems)
     if len(problems.lines) > before:
         return NO_INPUTS
-    types = ["Real", *(target.type for target in targets)]
-    rows = [
-        row for number, cells in lines[1:] if (row := _row(cells, header, types, Place(file.name, number), problems))
-    ]
+    rows = [row for number, cells in lines[1:] if (row := _row(cells, targets, Place(file.name, number), problems))]
     for (number, _), previous, current in zip(lines[2:], rows, rows[1:], strict=False):
         if current[0] < previous[0]:
             problems.add(f"time {current[0]!r} follows {previous[0]!r}: time must increase", Place(file.name, number))
@@ -188,26 +183,42 @@ def find_target(system: System, name: str) -> Target | str:
         return f"{name} is not an input"
     if any(copy.destination == column for copy in system.copies):
         return f"{name} is connected inside the system and cannot be driven"
-    continuous = any(connector.column == column for connector in system.open_connectors) or any(
-        v.variability == "continuous"
-        for c in system.components
-        for i, v in enumerate(c.inputs)
-        if system.first_column[c.name] + i == column
-    )
-    return Target(column, signals[column].type, continuous and family(signals[column].type) == "Real")
+    return Target(name, column, *signal_type(system, column), ends_of(system, column))
 
 
-def _row(
-    cells: Sequence[str], header: Sequence[str], types: Sequence[str], place: Place, problems: Problems
-) -> list[float] | None:
-    if len(cells) != len(header):
-        problems.add(f"{len(cells)} cells where the header has {len(header)}", place)
+def held_connectors(system: System, inputs: InputSeries) -> list[str]:
+    """Return a warning for each connector whose values change between rows, but are held for a discrete input."""
+    found, columns = [], iter(inputs.columns.tolist())
+    for part in inputs.parts:
+        moving = part.moving().tolist() if isinstance(part, Series) else []
+        for moves, column in zip(moving, columns, strict=False):
+            ends = ends_of(system, column)
+            discrete = [end.name for end in ends if end.variable.variability == "discrete"]
+            reals = family(signal_type(system, column)[0]) == "Real"
+            if moves and reals and 0 < len(discrete) < len(ends):
+                found.append(
+                    f"{system.columns[column]} is held between the rows of its time series, as {', '.join(discrete)}"
+                    " behind it is discrete"
+                )
+    return found
+
+
+def _row(cells: Sequence[str], targets: Sequence[Target], place: Place, problems: Problems) -> list[float] | None:
+    if len(cells) != 1 + len(targets):
+        problems.add(f"{len(cells)} cells where the header has {1 + len(targets)}", place)
         return None
-    values = [parse_value(cell, type_) for cell, type_ in zip(cells, types, strict=True)]
-    for name, cell, type_, value in zip(header, cells, types, values, strict=True):
+    values = [parse_value(cells[0], "Real")]
+    if values[0] is None:
+        problems.add(f"time = {cells[0]!r} must be {RULES['Real']}", place)
+    for target, cell in zip(targets, cells[1:], strict=True):
+        value = parse_value(cell, target.type, target.items)
+        values.append(value)
         if value is None:
-            problems.add(f"{name} = {cell!r} must be {RULES[type_]}", place)
-        elif why := cannot_travel(type_, value):
-            problems.add(f"{name} cannot take {cell}, {why}", place)
+            problems.add(f"{target.name} = {cell!r} must be {RULES[target.type]}", place)
+        elif why := cannot_travel(target.type, value):
+            problems.add(f"{target.name} cannot take {cell}, {why}", place)
+        else:
+            for line in objections(target.name, value, target.ends):
+                problems.add(line, place)
     row = [in_vector(v) for v in values if v is not None]
-    return row if len(row) == len(header) else None
+    return row if len(row) == len(values) else None

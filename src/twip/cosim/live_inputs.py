@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from ..errors import TwipError
 from . import several
 from .inputs import InputSeries, find_target
-from .scalar_types import misfit
 from .system import System
 from .value_types import family
+from .values import cannot_travel
 from .variable import Variable
 
 MOST_NOMINALS = 1e12
@@ -40,7 +40,7 @@ class LiveInputs:
         if problems:
             raise TwipError("\n".join(problems))
         self.names = names
-        self._types = {name: target.type for name, target in found.items()}
+        self._targets = found
         self._lock = Lock()
         self._values = np.array([start_value(system, name) for name in names])
         self._columns = np.array([found[name].column for name in names], np.int32)
@@ -80,9 +80,12 @@ class LiveInputs:
 
     def _checked(self, name: str, value: object) -> float:
         """Return a value as a number that the input may take; raises TwipError."""
-        if not isinstance(value, int | float) or (isinstance(value, bool) and self._types[name] != "Boolean"):
+        target = self._targets[name]
+        if not isinstance(value, int | float) or (isinstance(value, bool) and target.type != "Boolean"):
             why = "which is no number"
-        elif not (why := misfit(self._types[name], value)):
+        elif target.type == "Enumeration" and value not in dict(target.items).values():
+            why = "which is no item of the enumeration"
+        elif not (why := cannot_travel(target.type, value)):
             low, high = self._limits[name]
             why = f"which is below {low:g}" if value < low else f"which is above {high:g}" if value > high else ""
             if not why:

@@ -1,5 +1,6 @@
 """Reads scenario files (TOML; docs/scenarios.md), every entry checked against the system and the times of the run."""
 
+import dataclasses
 import difflib
 import os
 import pathlib
@@ -7,13 +8,14 @@ from collections.abc import Mapping
 
 from .experiment import TimeGrid
 from .fault_entries import FaultEntries
-from .inputs import RULES, InputSeries, find_target, read_inputs, series_of
+from .inputs import InputSeries, find_target, held_connectors, read_inputs, series_of
 from .problems import Problems
 from .scalar_types import rule
 from .scenario import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .source import is_special
 from .system import System
+from .targets import RULES, objections
 from .toml_file import TomlFile, number, shown
 from .values import StartValue, cannot_travel, in_vector, out_of_range
 
@@ -29,13 +31,12 @@ def read_scenario(
 
     `grid` is None where the times of the run are wrong. Not to be used when there are problems.
     """
-    inputs = Scenario().inputs if input_file is None else read_inputs(input_file, system, problems)
-    if path is None:
-        return Scenario(inputs)
-    file = TomlFile(pathlib.Path(path), problems)
-    if file.content is None:
-        return Scenario(inputs)
-    return _Reader(file, system, grid, problems).read(file.content, pathlib.Path(path).parent, inputs)
+    scenario = Scenario() if input_file is None else Scenario(read_inputs(input_file, system, problems))
+    file = None if path is None else TomlFile(pathlib.Path(path), problems)
+    if path is not None and file is not None and file.content is not None:
+        reader = _Reader(file, system, grid, problems)
+        scenario = reader.read(file.content, pathlib.Path(path).parent, scenario.inputs)
+    return dataclasses.replace(scenario, warnings=(*scenario.warnings, *held_connectors(system, scenario.inputs)))
 
 
 def files_of(path: str | os.PathLike[str]) -> list[pathlib.Path]:
@@ -111,7 +112,7 @@ class _Reader(Entries):
             return None
         table: list[tuple[float, float]] = []
         for i, (time, value) in enumerate(rows):
-            at, read = number(time), typed(value, target.type)
+            at, read = number(time), typed(value, target.type, target.items)
             if at is None:
                 self.problems.add(f"inputs.{name}[{i}]: time {shown(time)} must be a finite number", place)
             elif table and at < table[-1][0]:
@@ -122,6 +123,9 @@ class _Reader(Entries):
                 self.problems.add(f"inputs.{name}[{i}] = {shown(value)} must be {RULES[target.type]}", place)
             elif why := cannot_travel(target.type, read):
                 self.problems.add(f"inputs.{name}[{i}] cannot take {shown(value)}, {why}", place)
+            else:
+                for line in objections(f"inputs.{name}[{i}]", read, target.ends):
+                    self.problems.add(line, place)
             if at is not None and read is not None:
                 table.append((at, in_vector(read)))
         return series_of([target], table) if len(self.problems.lines) == before else None
@@ -144,6 +148,9 @@ class _Reader(Entries):
             self.problems.add(f"parameters[{index}]: unknown parameter {name}{hint}", place)
             return None
         component, variable = known[name]
+        if variable.type not in RULES:
+            self.problems.add(f"parameters[{index}]: {name} cannot be set: {variable.obstacle}", place)
+            return None
         if (variable.causality, variable.variability) != ("parameter", "tunable"):
             self.problems.add(
                 f"parameters[{index}]: {name} cannot change during a run: it is a {variable.variability}"

@@ -112,6 +112,15 @@ class System:
             first += len(channel.signals)
         return result
 
+    @cached_property
+    def variables(self) -> dict[int, Variable]:
+        """The variables of components by column."""
+        return {
+            self.first_column[c.name] + i: variable
+            for c in self.components
+            for i, variable in enumerate(c.inputs + c.outputs)
+        }
+
     def with_start_values(self, start_values: MappingType[str, Value]) -> "System":
         """Return the system with further start values by `component.variable`, under the rules of `load`.
 

@@ -105,7 +105,10 @@ def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) 
     if type_ == "String":
         return text if passes(text) else None
     text, kind = text.strip(), family(type_)
-    if kind in ("Real", "Integer") and ("_" in text or not text.isascii()):
+    values = dict(items) if kind == "Enumeration" else {}
+    if text in values:
+        return values[text]
+    if kind in ("Real", "Integer", "Enumeration") and ("_" in text or not text.isascii()):
         return None
     try:
         if kind == "Real":
@@ -116,9 +119,8 @@ def parse_value(text: str, type_: str, items: tuple[tuple[str, int], ...] = ()) 
             least, most = TYPES[type_].minimum, TYPES[type_].maximum
             return int(integer) if least <= integer <= most and integer == integer.to_integral_value() else None
         if kind == "Enumeration":
-            values = dict(items)
-            number = values[text] if text in values else int(text)
-            return number if number in values.values() else None
+            number = Decimal(text)
+            return next((value for value in values.values() if value == number), None)
     except (ValueError, ArithmeticError):
         return None
     return {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}.get(text.lower())
@@ -134,8 +136,10 @@ def cannot_travel(type_: str, value: Value) -> str:
     return "" if isinstance(value, str) else misfit("Int64" if type_ == "Enumeration" else type_, value)
 
 
-def out_of_range(variable: Variable, value: Value) -> list[str]:
-    """Return a line for each bound of the variable that `value`, in the variable's unit, does not keep."""
+def out_of_range(variable: Variable, value: Value, name: str = "") -> list[str]:
+    """Return a line for each bound of the variable that `value`, in the variable's unit, does not keep; the line calls
+    it `name`, without one by the variable's.
+    """
     if isinstance(value, str):
         return []
     unit, problems = f" {variable.unit.name}" if variable.unit else "", []
@@ -144,5 +148,5 @@ def out_of_range(variable: Variable, value: Value) -> list[str]:
         (variable.maximum, "at most", variable.maximum is not None and value > variable.maximum),
     ):
         if wrong:
-            problems.append(f"{variable.name} = {value}{unit} must be {word} {bound}{unit}")
+            problems.append(f"{name or variable.name} = {value}{unit} must be {word} {bound}{unit}")
     return problems

@@ -8,6 +8,7 @@ from .kinds import ALLOWED, refusal
 from .links import Edge, Key, Link, Port, differences, full_name, trace
 from .problems import Problems
 from .structure import ComponentElement, Connection, Connector, DictionaryReference, Document, SystemElement, join
+from .transformation import Items
 from .units import UnitMismatchError, conversion, lookup
 from .value_types import Enumeration, canonical
 
@@ -21,6 +22,15 @@ class Wiring:
     """By target: component inputs and parameters, and system connectors fed from elsewhere."""
     severed: set[Key] = field(default_factory=set)
     """Ports of connections whose other end is unusable: what feeds them, or what they feed, is not known."""
+
+    def type_of(self, port: Port) -> tuple[str | None, Items]:
+        """Return the type and the items of an enumeration of a connector of a system, those of what takes its values
+        if it has none; no type where nobody has one.
+        """
+        links = sorted(link for link in self.links.items() if any(e.source.key == port.key for e in link[1].edges))
+        behind = [edge.target for _, link in links for edge in link.edges]
+        type_ = port.type or next((p.type for p in behind if p.type), None)
+        return type_, port.items or next((p.items for p in behind if p.items), ())
 
     def fed_by(self, key: Key) -> list[tuple[Key, Link]]:
         """Return the links that begin at `key`, by name of their target."""
