@@ -210,7 +210,7 @@ def test_a_read_only_folder_is_used_only_with_compiled_code(patient, cache, monk
 
 def test_nothing_is_told_without_numba(patient, monkeypatch):
     told = []
-    monkeypatch.setattr("twip.cosim.run.find_spec", lambda _: None)
+    monkeypatch.setattr("twip.cosim.starting.find_spec", lambda _: None)
     run(patient, notice=told.append)
     assert told == []
 

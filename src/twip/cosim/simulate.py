@@ -25,7 +25,8 @@ from .pool import InstancePool
 from .preparation import Request, prepare
 from .record import Sink
 from .results import Result, Table
-from .run import LoopKind, Run
+from .run import execute
+from .run_state import LoopKind, RunState
 from .scenario import Scenario
 from .several import by_name, names
 from .system import System
@@ -147,7 +148,7 @@ def simulate(
             given = sinks(grid)
             for sink in given:
                 closing.callback(_close, sink)
-        result = Run(
+        state = RunState(
             system=system,
             grid=grid,
             coupling=plan,
@@ -163,7 +164,8 @@ def simulate(
             notice=notice or _ignore,
             pool=pool or InstancePool(keeps=False),
             live=live,
-        ).execute()
+        )
+        result = execute(state)
     return dataclasses.replace(result, table=table)
 
 
