@@ -10,6 +10,7 @@ from twip.cosim.fmu import read_fmu
 from twip.cosim.problems import Place, Problems
 
 RANGE = " of an output in ModelStructure must be the index of one of the 7 variables, from 1 on"
+BITS = " must be a number of 32 bits"
 DESCRIPTION = """<fmiModelDescription fmiVersion="2.0" modelName="m" guid="{m}" generationTool="hand">
 <CoSimulation modelIdentifier="m" canGetAndSetFMUstate="true" canHandleVariableCommunicationStepSize="1"/>
 <UnitDefinitions>
@@ -44,11 +45,11 @@ DESCRIPTION = """<fmiModelDescription fmiVersion="2.0" modelName="m" guid="{m}" 
 </fmiModelDescription>"""
 
 
-def read(folder, text):
+def read(folder, text, problems=None):
     with zipfile.ZipFile(folder / "m.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", text)
         archive.writestr(f"binaries/{fmpy.platform}/m{fmpy.sharedLibraryExtension}", "")
-    problems = Problems()
+    problems = Problems() if problems is None else problems
     return read_fmu(folder / "m.fmu", "m.fmu", problems, Place("test")), problems.lines
 
 
@@ -86,7 +87,7 @@ def test_what_is_used_is_read(tmp_path):
         ('K="1"', 'K="one"', "K = 'one' of BaseUnit must be a whole number"),
         ('K="1"', 'K="1" factor="0"', "unit degC: the factor must not be zero"),
         ('name="high" value="7"', 'name="high" value="x"', "value = 'x' of Item must be a whole number"),
-        ('valueReference="1"', 'valueReference="-1"', "valueReference = -1 of y must be a number of 32 bits"),
+        ('valueReference="1"', 'valueReference="-1"', "valueReference = -1 of y" + BITS),
         (' valueReference="1"', "", "ScalarVariable has no valueReference"),
         ('name="n"', 'name="u"', "variable u is there twice"),
         ('<Boolean start="true"/>', "", "variable b has no type"),
@@ -96,6 +97,11 @@ def test_what_is_used_is_read(tmp_path):
         ('initial="exact"><Boolean', 'initial="guess"><Boolean', "variable b: initial 'guess' is unknown"),
         ('FMUstate="true"', 'FMUstate="maybe"', "canGetAndSetFMUstate = 'maybe' of CoSimulation must be true or false"),
         ('modelIdentifier="m"', "", "CoSimulation has no modelIdentifier"),
+        ('<Boolean start="true"/>', '<Boolean/><Real/>', "variable b has more than one type"),
+        (' declaredType="Gear"', "", "variable gear: an Enumeration needs a declaredType"),
+        ('valueReference="1"', f'valueReference="{2**32}"', f"valueReference = {2**32} of y" + BITS),
+        ('offset="273.15"', 'offset="273.15" factor="nan"', "factor = 'nan' of BaseUnit must be a finite number"),
+        ('dependencies="1 2"', 'dependencies="-1"', "dependencies '-1'" + RANGE),
         ('index="7"', 'index="8"', "index '8'" + RANGE),
         ('index="7"', 'index="0"', "index '0'" + RANGE),
         ('dependencies="1 2"', 'dependencies="1 99"', "dependencies '99'" + RANGE),
@@ -114,3 +120,27 @@ def test_a_mistake_is_told_with_its_line(tmp_path, old, new, said):
 def test_all_mistakes_are_told_together(tmp_path):
     text = DESCRIPTION.replace('start="1.5"', 'start="x"').replace('start="true"', 'start="y"')
     assert len(read(tmp_path, text.replace('index="7"', 'index="9"'))[1]) == 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said", "meant"),
+    [
+        ('nominal="-20"', 'nominal="0"', "nominal = 0.0 of variable u must be positive, it is taken for 1", 1.0),
+        (
+            'stepSize="0.25"',
+            'stepSize="-1"',
+            "stepSize = -1.0 of DefaultExperiment must be positive, it is ignored",
+            None,
+        ),
+        ('index="7"', 'index="6"', "ModelStructure has gear for an output, which it is not", {"u", "n", "gear"}),
+    ],
+)
+def test_what_makes_no_sense_and_does_no_harm_is_warned_of(tmp_path, old, new, said, meant):
+    assert DESCRIPTION.count(old) == 1
+    problems = Problems()
+    fmu = read(tmp_path, DESCRIPTION.replace(old, new), problems)[0]
+    where = 'name="u"' if "nominal" in old else old
+    line = next(i for i, row in enumerate(DESCRIPTION.splitlines(), 1) if where in row) + ("nominal" in old)
+    assert problems.lines == []
+    assert problems.warnings == [f"{said} (m.fmu: modelDescription.xml line {line})"]
+    assert meant in (fmu.variables["u"].nominal, fmu.step_size, fmu.feedthrough["word"])

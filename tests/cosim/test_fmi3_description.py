@@ -2,6 +2,7 @@
 
 import zipfile
 
+import fmpy
 import pytest
 from echo_fmu import compiled, echo3, echo3_description
 from ssp_writer import component, connection, system, units, write
@@ -11,6 +12,7 @@ from twip.cosim import Table, check, load, simulate
 from twip.cosim.fmu import read_fmu
 from twip.cosim.parameter_file import parameters_of, write_parameter_set
 from twip.cosim.problems import Place, Problems
+from twip.errors import TwipError
 
 BINARY = '<Binary name="blob_in" valueReference="9001" causality="input"><Start value="00"/></Binary>'
 BINARY_OUT = '<Binary name="blob" valueReference="9002" causality="output"/>'
@@ -210,3 +212,96 @@ def test_a_type_without_definition_is_refused(tmp_path, library):
     _, problems = read(tmp_path, library, variables=variables)
     line = line_of("Lost", variables=variables)
     assert problems == [f"variable more: type Lost is not defined (echo3.fmu: modelDescription.xml line {line})"]
+
+
+@pytest.mark.parametrize(
+    ("variable", "said"),
+    [
+        ('<Float64 name="more" valueReference="8" causality="input" start="0" declaredType="Gear"/>',
+         "variable more: type Gear is no Float64"),
+        ('<Float64 name="more" valueReference="8" causality="input" variability="constant" start="0"/>',
+         "variable more: there is no constant input"),
+        ('<Int32 name="more" valueReference="8" causality="parameter" variability="discrete" start="0"/>',
+         "variable more: there is no discrete parameter"),
+        ('<Int32 name="more" valueReference="8" causality="input" start="0 1"/>',
+         "variable more has 2 start values for 1 element"),
+    ],
+)  # fmt: skip
+def test_variables_that_cannot_be_are_refused(tmp_path, library, variable, said):
+    fmu, problems = read(tmp_path, library, variables=variable)
+    assert fmu is None
+    assert problems == [f"{said} (echo3.fmu: modelDescription.xml line {line_of('more', variables=variable)})"]
+
+
+def test_what_makes_no_sense_and_does_no_harm_is_warned_of(tmp_path, library):
+    more = '<Float64 name="more" valueReference="8" causality="input" start="0" nominal="INF"/>'
+    output = '<Output valueReference="3"/>'
+    text = echo3_description(variables=more, structure=output)
+    text = text.replace("<ModelVariables>", '<DefaultExperiment stepSize="NaN"/><ModelVariables>')
+    with zipfile.ZipFile(tmp_path / "e.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    problems = Problems()
+    fmu = read_fmu(tmp_path / "e.fmu", "e.fmu", problems, Place("test"))
+    places = [
+        f"(e.fmu: modelDescription.xml line {next(i for i, row in enumerate(text.splitlines(), 1) if found in row)})"
+        for found in (more, "stepSize", output)
+    ]
+    assert problems.lines == []
+    assert problems.warnings == [
+        f"nominal = inf of variable more must be positive, it is taken for 1 {places[0]}",
+        f"stepSize = nan of DefaultExperiment must be positive, it is ignored {places[1]}",
+        f"ModelStructure has u for an output, which it is not {places[2]}",
+    ]
+    assert (fmu.variables["more"].nominal, fmu.step_size) == (1.0, None)
+
+
+@pytest.mark.parametrize("values", [{"a.ins_Float64[2]": 5}, {"a.ins_Float64[2]": 5, "a.ins_Float64[3]": 6}])
+def test_an_array_with_values_for_some_elements_is_told_before_it_runs(tmp_path, library, values):
+    text = echo3_description().replace('start="1 2 3"', "")
+    with zipfile.ZipFile(tmp_path / "e.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    path = write(tmp_path, system([component("a", "e.fmu")]))
+    lacking = ", ".join(f"ins_Float64[{i}]" for i in (1, 2, 3) if f"a.ins_Float64[{i}]" not in values)
+    told = (
+        f"ins_Float64 is set as a whole, but nothing gives {lacking} a value: the FMU states no start value"
+        " (component a, start values)"
+    )
+    assert check(path, start_values=values) == [told]
+    with load(path) as loaded, pytest.raises(TwipError) as refused:
+        loaded.with_start_values(values)
+    assert str(refused.value) == told
+    everything = {f"a.ins_Float64[{i}]": float(i) for i in (1, 2, 3)}
+    result = simulate(load(path, start_values=everything), step_size=0.5, loop="python")
+    assert [result[name][-1] for name in everything] == [1.0, 2.0, 3.0]
+
+
+def test_an_integer_that_cannot_travel_is_told_before_it_runs(tmp_path, library):
+    echo3(tmp_path, library)
+    path = write(tmp_path, system([component("a", "echo3.fmu")]))
+    (told,) = check(path, start_values={"a.in_Int64": 2**53 + 1})
+    assert told.startswith("in_Int64 cannot be set: 9007199254740993 is a value which is beyond ±2^53")
+    text = echo3_description().replace(
+        'name="in_Int64" valueReference="901" causality="input" start="0"',
+        'name="in_Int64" valueReference="901" causality="input" start="9007199254740993"',
+    )
+    assert text != echo3_description()
+    with zipfile.ZipFile(tmp_path / "echo3.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    (told,) = check(path)
+    assert told.startswith("a.in_Int64 begins with 9007199254740993 in echo3.fmu")
+
+
+def test_check_of_a_system_tells_in_what_its_fmus_depart_from_the_standard(tmp_path, library, capsys):
+    text = echo3_description().replace('name="u"', 'name="u" unit="furlong"')
+    text = text.replace('<Output valueReference="5"/>', "")
+    with zipfile.ZipFile(tmp_path / "e.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    path = write(tmp_path, system([component("a", "e.fmu"), component("b", "e.fmu")]))
+    assert main(["check", str(path), "--step-size", "0.5"]) == 0
+    said = capsys.readouterr().out
+    assert said.count('e.fmu: The unit "furlong" of variable "u"') == 1
+    assert said.count("e.fmu: ModelStructure/Outputs must have exactly one entry for each variable") == 1

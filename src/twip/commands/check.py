@@ -8,6 +8,7 @@ from ..cosim.document import Element
 from ..cosim.fmu import read_fmu
 from ..cosim.overview import (
     Section,
+    departures,
     dictionary_overview,
     fmu_overview,
     mapping_overview,
@@ -106,7 +107,7 @@ def _check_system(arguments: argparse.Namespace) -> int:
     with load_system(arguments.file, arguments) as system:
         prepared = prepare(system, request(arguments))
         _print(system_overview(system, prepared.grid, prepared.coupling, prepared.scenario))
-        _print_warnings([*system.warnings, *prepared.scenario.warnings])
+        _print_warnings([*system.warnings, *prepared.scenario.warnings, *departures(system)])
     print("it would run")
     return 0
 

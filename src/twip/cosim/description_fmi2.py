@@ -10,6 +10,7 @@ from .document import Element, Reader
 from .problems import Problems
 from .scalar_types import rule
 from .units import BASE_UNITS, Unit, lookup
+from .usable import usable_nominal, usable_step
 from .values import parse_value
 from .variable import Fmu, Variable
 
@@ -55,10 +56,14 @@ class _Description(Reader):
             path, name, self.required(root, "guid"), self.required(kind, "modelIdentifier"),
             root.get("generationTool", ""), sha256, variables, self._feedthrough(root, in_order, variables), units,
             self.boolean(kind, "canBeInstantiatedOnlyOncePerProcess"),
-            None if experiment is None else self.number(experiment, "stepSize"),
+            None if experiment is None else self._step(experiment),
             saves and self.boolean(kind, "canSerializeFMUstate"), saves,
             self.boolean(kind, "canHandleVariableCommunicationStepSize"),
         )  # fmt: skip
+
+    def _step(self, experiment: Element) -> float | None:
+        size = self.number(experiment, "stepSize")
+        return size if size is None else usable_step(size, self.problems, self.place(experiment))
 
     def _unit(self, item: Element) -> list[Unit]:
         name, base = self.required(item, "name"), item.find("BaseUnit")
@@ -76,7 +81,8 @@ class _Description(Reader):
         name, reference = self.required(item, "name"), self.integer(item, "valueReference")
         if reference is not None and not 0 <= reference < 2**32:
             self.problems.add(f"valueReference = {reference} of {name} must be a number of 32 bits", self.place(item))
-        value = next((child for child in item if child.tag in _TYPES), None)
+        values = [child for child in item if child.tag in _TYPES]
+        value = values[0] if values else None
         causality, variability = item.get("causality", "local"), item.get("variability", "continuous")
         initial = item.get("initial")
         if causality not in _INITIAL.get(variability, ()):
@@ -86,7 +92,11 @@ class _Description(Reader):
         if value is None:
             self.problems.add(f"variable {name} has no type", self.place(item))
             return None
+        if len(values) > 1:
+            self.problems.add(f"variable {name} has more than one type", self.place(item))
         declared, inner = value.get("declaredType"), None
+        if declared is None and value.tag == "Enumeration":
+            self.problems.add(f"variable {name}: an Enumeration needs a declaredType", self.place(value))
         if declared is not None and declared not in types:
             self.problems.add(f"variable {name}: type {declared} is not defined", self.place(value))
         elif declared is not None:
@@ -108,7 +118,7 @@ class _Description(Reader):
         return Variable(
             name, reference, type_, "Integer" if type_ == "Enumeration" else type_, causality, variability,
             _INITIAL[variability][causality] if initial is None else initial, lookup(unit, units), minimum, maximum,
-            abs(nominal) if nominal else 1.0, labels, start, item.get("description", ""),
+            usable_nominal(name, nominal, self.problems, self.place(value)), labels, start, item.get("description", ""),
             relative=relative is not None and self.boolean(relative, "relativeQuantity"),
         )  # fmt: skip
 
@@ -138,6 +148,10 @@ class _Description(Reader):
         result = {v.name: inputs for v in variables.values() if v.causality == "output"}
         for unknown in root.iterfind("ModelStructure/Outputs/Unknown"):
             output = self._indexed(unknown, "index", unknown.get("index", ""), in_order)
+            if output is not None and output.causality != "output":
+                self.problems.warn(
+                    f"ModelStructure has {output.name} for an output, which it is not", self.place(unknown)
+                )
             dependencies = unknown.get("dependencies")
             if dependencies is None:
                 continue

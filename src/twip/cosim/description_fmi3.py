@@ -17,10 +17,20 @@ from .document import Element
 from .problems import Place, Problems
 from .scalar_types import NAMES
 from .units import BASE_UNITS, Unit, lookup
+from .usable import usable_nominal, usable_step
 from .variable import Fmu, Variable
 
 MAXIMUM_ELEMENTS = 100_000
 """Most scalar variables of an FMU, the elements of its arrays counted."""
+_PARAMETERS = ("parameter", "calculatedParameter", "structuralParameter")
+_ALLOWED = {
+    "constant": ("output", "local"),
+    "fixed": (*_PARAMETERS, "local"),
+    "tunable": (*_PARAMETERS, "local"),
+    "discrete": ("input", "output", "local"),
+    "continuous": ("input", "output", "local", "independent"),
+}
+"""Causalities by variability (FMI 3.0.1 section 2.4.7.4)."""
 _SCHEMA = pathlib.Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3ModelDescription.xsd"
 
 
@@ -81,12 +91,14 @@ class _Reader:
                     self.problems.add(f"variable {variable.name} is there twice", self.place(item))
                 variables[variable.name] = variable
         experiment = root.find("DefaultExperiment")
-        step = None if experiment is None else experiment.get("stepSize")
+        step = None
+        if experiment is not None and "stepSize" in experiment.attrib:
+            step = usable_step(float(experiment.get("stepSize", "")), self.problems, self.place(experiment))
         saves = _flag(kind, "canGetAndSetFMUState")
         return Fmu(
             path, name, root.get("instantiationToken", ""), kind.get("modelIdentifier", ""),
             root.get("generationTool", ""), sha256, variables, self._feedthrough(root, variables), self.units,
-            _flag(kind, "canBeInstantiatedOnlyOncePerProcess"), None if step is None else float(step),
+            _flag(kind, "canBeInstantiatedOnlyOncePerProcess"), step,
             saves and _flag(kind, "canSerializeFMUState"), saves,
             _flag(kind, "canHandleVariableCommunicationStepSize"), root.get("fmiVersion", ""),
         )  # fmt: skip
@@ -156,14 +168,13 @@ class _Reader:
         """Return the start value of each element; one value counts for all."""
         if item.tag in ("String", "Binary"):
             values = [str(start.get("value")) for start in item.iterfind("Start")]
-        elif item.tag == "Enumeration" or item.find("Dimension") is not None:
-            values = item.get("start", "").split()
         else:
-            values = [item.get("start", "").strip()] if item.get("start") else []
+            values = item.get("start", "").split()
         if len(values) == 1 or not values:
             return [values[0] if values else None] * count
         if len(values) != count:
-            self.problems.add(f"variable {name} has {len(values)} start values for {count} elements", self.place(item))
+            elements = f"{count} element{'s' * (count != 1)}"
+            self.problems.add(f"variable {name} has {len(values)} start values for {elements}", self.place(item))
         return [*values, *[None] * count][:count]
 
     def _named(
@@ -172,6 +183,9 @@ class _Reader:
         declared = self.types.get(item.get("declaredType", ""))
         if declared is None and item.get("declaredType") is not None:
             self.problems.add(f"variable {name}: type {item.get('declaredType')} is not defined", self.place(item))
+        elif declared is not None and declared.tag != f"{item.tag}Type":
+            self.problems.add(f"variable {name}: type {declared.get('name')} is no {item.tag}", self.place(item))
+            declared = None
 
         def inherited(attribute: str) -> str | None:
             own = item.get(attribute)
@@ -179,8 +193,11 @@ class _Reader:
 
         causality = item.get("causality", "local")
         variability = item.get("variability") or _variability(item, causality)
+        if causality not in _ALLOWED.get(variability, ()):
+            self.problems.add(f"variable {name}: there is no {variability} {causality}", self.place(item))
         type_ = NAMES.get(item.tag, item.tag)
         minimum, maximum, nominal = (inherited(a) for a in ("min", "max", "nominal"))
+        usable = usable_nominal(name, None if nominal is None else float(nominal), self.problems, self.place(item))
         bound = float if type_ in ("Real", "Float32") else int
         items = (
             ()
@@ -194,7 +211,7 @@ class _Reader:
                 type_, "Int64" if type_ == "Enumeration" else type_, causality, variability,
                 item.get("initial") or _initial(causality, variability), lookup(inherited("unit"), self.units),
                 None if minimum is None else bound(minimum), None if maximum is None else bound(maximum),
-                abs(float(nominal)) if nominal is not None else 1.0, items if type_ == "Enumeration" else (), start,
+                usable, items if type_ == "Enumeration" else (), start,
                 item.get("description", ""), name if shape else None, alias_of,
                 (inherited("relativeQuantity") or "").strip() in ("true", "1"),
             )
@@ -205,6 +222,10 @@ class _Reader:
         inputs = frozenset(v.name for v in variables.values() if v.causality == "input")
         result = {v.name: inputs for v in variables.values() if v.causality == "output"}
         for output in root.iterfind("ModelStructure/Output"):
+            named = self.references.get(int(output.get("valueReference", "")))
+            if named is not None and named.get("causality") != "output":
+                text = f"ModelStructure has {named.get('name')} for an output, which it is not"
+                self.problems.warn(text, self.place(output))
             dependencies = output.get("dependencies")
             references = [int(text) for text in (dependencies or "").split()]
             for reference in (int(output.get("valueReference", "")), *references):

@@ -17,6 +17,9 @@ from .ssv import ParameterSet
 from .system import System
 from .transformation import Transformation
 
+_DEPARTURES = 3
+"""Most warnings of an FMU's model description in the overview of a system."""
+
 
 @dataclass(frozen=True)
 class Section:
@@ -118,6 +121,17 @@ def weaknesses(path: pathlib.Path) -> list[str]:
     except Exception as error:  # fmpy raises bare exceptions of many kinds
         found = [f"the model description cannot be validated: {error}"]
     return [" ".join(line.split()) for line in found]
+
+
+def departures(system: System) -> list[str]:
+    """Return in what the FMUs' model descriptions depart from the standard, the first few of each FMU."""
+    found = []
+    for path, name in {component.fmu.path: component.fmu.name for component in system.components}.items():
+        lines = weaknesses(path)
+        found += [f"{name}: {line}" for line in lines[:_DEPARTURES]]
+        if len(lines) > _DEPARTURES:
+            found.append(f"{name}: {len(lines) - _DEPARTURES} more, which twip check tells of the FMU alone")
+    return found
 
 
 def set_overview(name: str, parameters: ParameterSet) -> list[Section]:

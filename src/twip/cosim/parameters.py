@@ -173,6 +173,22 @@ class Assignments(Assigned):
             self.problems.add(f"unknown parameter {name}" + (f", did you mean {close[0]}?" if close else ""), place)
         return matches
 
+    def check_arrays(self) -> None:
+        """Report arrays that get a value for some elements while others have none: an FMU is given an array whole."""
+        places = {(key[0], start.variable.array or ""): start.place for key, start in self.variables.items()}
+        lacking: dict[Key, list[str]] = {}
+        for path in {path for path, array in places if array}:
+            for v in self.fmus[path].variables.values():
+                key = (path, v.array or "")
+                if v.array is None or key not in places or (path, v.name) in self.variables:
+                    continue
+                if v.start is None or parse_value(v.start, v.type, v.items) is None:
+                    lacking.setdefault(key, []).append(v.name)
+        for key, names in sorted(lacking.items()):
+            some = ", ".join(names[:_NAMED])
+            text = f"{key[1]} is set as a whole, but nothing gives {some} a value: the FMU states no start value"
+            self.problems.add(text, places[key])
+
     def check_connected(self) -> None:
         """Report the caller's values for what a component or a given connector feeds: they would have no effect.
 

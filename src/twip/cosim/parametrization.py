@@ -64,6 +64,7 @@ def parametrize(
         sources["start values"] = {name: str(value) for name, value in start_values.items()}
     assignments.check_connected()
     assignments.check_ranges()
+    assignments.check_arrays()
     return assignments
 
 

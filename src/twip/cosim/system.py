@@ -132,6 +132,7 @@ class System:
         assignments.apply_values(by_name("start_values", start_values))
         assignments.check_connected()
         assignments.check_ranges()
+        assignments.check_arrays()
         problems.raise_any()
         names = self.columns
         given = {full_name(key): value for key, value in assignments.connectors.items()}
