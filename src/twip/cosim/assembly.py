@@ -191,7 +191,7 @@ class _Assembly:
             (
                 Copy(index[k], index[key], link.conversion.affine, (), link.conversion.mapping, link.label)
                 for k, link in self.wiring.fed_by(key)
-                if k[0] in self.fmus and k in index
+                if k[0] in self.fmus and k in index and link.conversion.affine.factor
             ),
             None,
         )

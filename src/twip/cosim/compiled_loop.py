@@ -45,7 +45,7 @@ KIND, FIRST, SIZE, REFERENCES, VARIABLES, NATIVE, FMI_HANDLE, FMI_FUNCTION = ran
 (0 if it does not give it), and the FMI function that sets or gets them with its first argument. In FMI 3, the sizes of
 the variables follow their references.
 """
-FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE, UNMAPPED = range(7)
+FINISHED, STOPPED, SET, STEP, GET, NOT_FINITE, UNMAPPED, OVERFLOWN = range(8)
 """How a run of steps ended."""
 
 
@@ -365,6 +365,9 @@ def run_steps(  # type: ignore[no-untyped-def]
                     wanted = end - 0.5 * copy_every[c]
                     value = value + (wanted - at) / (at - samples[3, c]) * (value - samples[2, c])
                 values[destination[c]] = value
+                if not np.isfinite(value):
+                    failed[0] = c
+                    return k, OVERFLOWN
             for position in range(stage_order[stage], stage_order[stage + 1]):
                 i = order[position]
                 if every[i] != 1 and number % every[i] != 0:
@@ -492,9 +495,11 @@ class CompiledLoop:
 
     def _failure(self, ending: int) -> TwipError:
         component, group, status = self._failed.tolist()
-        if ending == UNMAPPED:
+        if ending in (UNMAPPED, OVERFLOWN):
             plan = self._schedule
-            value = float(plan.factor[component] * self._row[plan.source[component]] + plan.offset[component])
+            value = float(self._row[plan.destination[component]])
+            if ending == UNMAPPED:
+                value = float(plan.factor[component] * self._row[plan.source[component]] + plan.offset[component])
             return plan.refusal(component, value, float(self._clock[0]))
         port = self._ports[component]
         try:

@@ -1,16 +1,22 @@
 """What a connection does: the value of its source becomes that of its destination."""
 
+import math
+
 from .execution import Vector
 from .schedule import Schedule
 
 
-def copy_value(schedule: Schedule, copy: int, values: Vector) -> bool:
-    """Do a copy of the schedule; False, with nothing done, when its table does not have the value."""
-    value = schedule.factor[copy] * values[schedule.source[copy]] + schedule.offset[copy]
+def copy_value(schedule: Schedule, copy: int, values: Vector) -> float | None:
+    """Do a copy of the schedule; return a value that its table does not have or that is not finite, with nothing
+    done.
+    """
+    value: float = float(schedule.factor[copy]) * values[schedule.source[copy]] + float(schedule.offset[copy])
+    if not math.isfinite(value):
+        return value
     if copy in schedule.mappings:
         mapped = schedule.mappings[copy](int(value))
         if mapped is None:
-            return False
+            return value
         value = float(mapped)
     values[schedule.destination[copy]] = value
-    return True
+    return None

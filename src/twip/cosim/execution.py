@@ -52,7 +52,8 @@ class Execution:
         self.turn = np.zeros(1, np.int64)
         self.reached = np.zeros(components + 1)
         self.since = np.full(components, self.clock[0])
-        value = plan.factor * self.row[plan.source] + plan.offset
+        with np.errstate(over="ignore", invalid="ignore"):  # the copy itself fails
+            value = plan.factor * self.row[plan.source] + plan.offset
         self.samples = np.stack([value, np.zeros_like(value), value, np.full_like(value, -1.0)])
 
     def go_on(self, grid: TimeGrid, steps: int, samples: NDArray[np.float64]) -> None:

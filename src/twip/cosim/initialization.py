@@ -1,5 +1,6 @@
 """Brings all instances to the start time with connected values that agree."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -22,20 +23,24 @@ _TOLERANCE = 1e-12
 """Relative to a variable's magnitude or nominal value: a few dozen roundings of a double."""
 
 
-def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: list[int]) -> None:
-    """Do the copies of one stage; those whose table does not have their value are not done, but added to `refused`."""
+def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: dict[int, float]) -> None:
+    """Do the copies of one stage; those that `copy_value` does not do are added to `refused`, with their value."""
     for copy in range(schedule.stage_copies[stage], schedule.stage_copies[stage + 1]):
-        if not copy_value(schedule, copy, values):
-            refused.append(copy)
+        value = copy_value(schedule, copy, values)
+        if value is not None:
+            refused[copy] = value
 
 
-def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, InstanceFace], values: Vector) -> list[str]:
-    """Set the parameters that other components calculate; return the links whose value has no meaning there."""
+def pass_parameters(
+    links: Sequence[ParameterLink], instances: Mapping[str, InstanceFace], values: Vector
+) -> list[tuple[str, str]]:
+    """Set the parameters that other components calculate; return the links whose value they cannot take, and why."""
     unfit = []
     for link in links:
         value = link.conversion(values[link.source])
-        if value is None:
-            unfit.append(link.label)
+        if value is None or not math.isfinite(value):
+            why = "the value is no item of the enumeration" if value is None else f"gave {value:g}, which is not finite"
+            unfit.append((link.label, why))
             continue
         typed: Value = value if family(link.variable.type) == "Real" else int(value)
         if link.variable.type in ("Boolean", "String"):
@@ -44,9 +49,9 @@ def pass_parameters(links: Sequence[ParameterLink], instances: Mapping[str, Inst
     return unfit
 
 
-def _refuse(schedule: Schedule, refused: list[int], values: Vector, time: float) -> None:
-    for copy in refused:
-        raise schedule.refusal(copy, values[schedule.source[copy]], time)
+def _refuse(schedule: Schedule, refused: Mapping[int, float], time: float) -> None:
+    for copy, value in refused.items():
+        raise schedule.refusal(copy, value, time)
 
 
 def initialize(
@@ -73,15 +78,16 @@ def initialize(
         if connector.start is not None:
             values[connector.column] = connector.start
         elif connector.mirrored is not None:
-            values[connector.column] = connector.mirrored.inverse(values[connector.mirrored.destination])
+            shown = connector.mirrored.inverse(values[connector.mirrored.destination])
+            values[connector.column] = shown if math.isfinite(shown) else 0.0
     for column, value in driven.items():
         values[column] = value
     read_in_order(system, schedule, ports, values)
     stages = len(schedule.stage_order) - 1
     nominal = [v.nominal for c in system.components for v in c.inputs + c.outputs]
     changing: list[int] = []
-    refused: list[int] = []
-    unfit: list[str] = []
+    refused: dict[int, float] = {}
+    unfit: list[tuple[str, str]] = []
     by_name = {instance.name: instance for instance in instances}
     start, row = list(values), np.ctypeslib.as_array(values)
     outputs = np.flatnonzero([v.causality != "input" for c in system.components for v in c.inputs + c.outputs])
@@ -110,17 +116,17 @@ def initialize(
             if acceleration is not None:
                 scale = np.maximum(np.abs(found), schedule.nominal[outputs])
                 row[outputs] = acceleration.propose(guess, found, scale)
-        if not changing:
+        if not changing and not refused:
             break
-    _refuse(schedule, refused, values, times[0])
-    for label in unfit:
-        raise TwipError(f"{label} failed at t = {times[0]:.12g} s: the value is no item of the enumeration")
+    _refuse(schedule, refused, times[0])
+    for label, why in unfit:
+        raise TwipError(f"{label} failed at t = {times[0]:.12g} s: {why}")
     for instance in instances:
         instance.finish_initialization()
     for port in ports:
         port.get_outputs()
     copy_stage(schedule, stages - 1, values, refused)
-    _refuse(schedule, refused, values, times[0])
+    _refuse(schedule, refused, times[0])
     if not changing:
         return []
     names = system.columns

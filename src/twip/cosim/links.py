@@ -5,6 +5,7 @@ A value that travels along a chain of connections is converted at each hop: firs
 already in target units.
 """
 
+import math
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Set
 from dataclasses import dataclass
@@ -220,6 +221,12 @@ def convert_along(
         )
     if last.variable is not None:
         result = result.then(conversion(last.unit, last.variable.unit, last.variable.relative))
+    linear = [edge.connection.transformation.affine for edge in edges if edge.connection.transformation is not None]
+    vanishes = not result.factor and all(affine.factor for affine in linear)
+    if vanishes or not math.isfinite(result.factor) or not math.isfinite(result.offset):
+        label = f"{first.label()} → {last.label()}"
+        problems.add(f"{label}: the conversion is beyond the range of float64", edge.connection.place)
+        return None
     return Conversion(result)
 
 

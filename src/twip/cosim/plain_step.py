@@ -1,5 +1,7 @@
 """One communication step in plain Python."""
 
+import math
+
 from .execution import Execution
 
 Interval = tuple[float, float]
@@ -60,6 +62,8 @@ class PlainStep:
                     value = float(mapped)
                 if middle:
                     value = self._at(end - 0.5 * every * (end - begin), index, value, float(reached[owner]))
+                if not math.isfinite(value):
+                    raise self._execution.schedule.refusal(index, value, float(self._execution.clock[0]))
                 values[destination] = value
         due = [(component, every) for component, every in components if turn % every == 0]
         ahead = due if self._execution.side_by_side else []

@@ -13,6 +13,7 @@ ends: then it gets its inputs and goes from where it is to the end of that step.
 Iterated coupling has stages like Gauss–Seidel, components of a cycle one after the other; these stages are repeated.
 """
 
+import math
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby
@@ -114,10 +115,11 @@ class Schedule:
         return [int(i) for i in self.order[self.stage_order[cycle[0]] : self.stage_order[cycle[1]]]]
 
     def refusal(self, copy: int, value: float, time: float) -> TwipError:
-        """Return the failure of a copy whose table does not have `value`."""
-        return TwipError(
-            f"{self.labels[copy]} failed at t = {time:.12g} s: {value:g} is no item of the enumeration, and not mapped"
-        )
+        """Return the failure of a copy that gives a `value` which is not finite, or whose table does not have it."""
+        why = f"{value:g} is no item of the enumeration, and not mapped"
+        if not math.isfinite(value):
+            why = f"gave {value:g}, which is not finite"
+        return TwipError(f"{self.labels[copy]} failed at t = {time:.12g} s: {why}")
 
 
 def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()) -> Schedule:

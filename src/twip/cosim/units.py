@@ -4,6 +4,7 @@ A unit is given by its SI base-unit exponents, a factor and an offset: `base = f
 section 2.2.2, SSP 1.0 section 4.4.2). The radian counts as a base unit of its own, as in both standards.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -55,7 +56,8 @@ def conversion(source: Unit | None, target: Unit | None, relative: bool = False)
 
     Of a `relative` quantity, such as a difference of temperatures, the offsets do not count: base = factor * value
     (FMI 2.0.4 section 2.2.2, FMI 3.0.1 section 2.4.3). Without a unit on one side nothing is known and the value passes
-    as it is. Raises `UnitMismatchError` when the exponents differ or when units of different names lack a definition.
+    as it is. Raises `UnitMismatchError` when the exponents differ, when units of different names lack a definition, and
+    when float64 cannot convert there and back.
     """
     if source is None or target is None:
         return IDENTITY
@@ -68,8 +70,11 @@ def conversion(source: Unit | None, target: Unit | None, relative: bool = False)
     difference = 0.0 if relative else source.offset - target.offset
     if source.factor == target.factor and difference == 0.0:
         return IDENTITY
-    offset = difference / target.factor
-    return Affine(source.factor / target.factor, offset or -0.0)
+    ways = [(a.factor / b.factor, difference / b.factor) for a, b in ((source, target), (target, source))]
+    if not all(factor and math.isfinite(factor) and math.isfinite(offset) for factor, offset in ways):
+        raise UnitMismatchError("the conversion is beyond the range of float64")
+    factor, offset = ways[0]
+    return Affine(factor, offset or -0.0)
 
 
 def lookup(name: str | None, *definitions: Mapping[str, Unit]) -> Unit | None:
