@@ -123,7 +123,7 @@ def test_a_parameter_set_is_described(path, capsys):
     assert status == 0
     assert said == [
         "parameter set       p.ssv, 2 parameters", "  a.k               3 m (Real)", "  b.k               3 (Integer)",
-        "nothing is wrong",
+        "warnings            1", "  unit m has no definition in the file (p.ssv line 3)", "nothing is wrong",
     ]  # fmt: skip
     (path.parent / "p.ssv").write_text("<a>")
     status, said, wrong = check(capsys, path.parent / "p.ssv")

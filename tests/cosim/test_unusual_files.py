@@ -71,7 +71,10 @@ def test_a_fragment_of_a_parameter_file_is_refused(folder):
 
 def test_a_unit_without_definition_is_warned_of_in_a_parameter_set(folder):
     with load(write(folder, a_and_b(inside=bind({"a.k": ("Real", 3, "furlong")})))) as model:
-        assert [w.partition(" (")[0] for w in model.warnings] == ["unit furlong has no definition in the file"]
+        assert [w.partition(" (")[0] for w in model.warnings] == [
+            "unit furlong has no definition in the file",
+            "a variable without unit takes the value as it is: a.k [furlong]",
+        ]
 
 
 def test_a_dictionary_that_nothing_refers_to_is_read_too(folder):

@@ -5,77 +5,59 @@ connection between arrays of one shape becomes one connection per element.
 """
 
 import dataclasses
-import itertools
 import math
-import re
-from collections.abc import Iterable
 
 from .fmu import Fmu
 from .problems import Problems
+from .shapes import Shape, indices, shape_text
 from .structure import Connection, Connector, DictionaryReference, SystemElement, join
 
 MAXIMUM_SIZE = 100_000
 """Most elements of an array."""
-Shape = tuple[int, ...]
-_ELEMENT = re.compile(r"(.+)\[([1-9][0-9]{0,8}(?:,[1-9][0-9]{0,8})*)\]")
+Shapes = dict[tuple[str, str], Shape | None]
+"""By element and connector; None where only an FMU that cannot be used would tell."""
 
 
 def expand_arrays(system: SystemElement, fmus: dict[str, Fmu | None], problems: Problems, path: str = "") -> None:
     """Expand the array connectors of `system` and of everything in it, and the connections between them."""
-    shapes: dict[tuple[str, str], Shape] = {}
+    shapes: Shapes = {}
     system.connectors = _expand(system.connectors, "", None, shapes, problems)
     for element in system.elements:
         if isinstance(element, SystemElement):
             for connector in element.connectors:
                 _remember(connector, element.name, None, shapes, Problems())
             expand_arrays(element, fmus, problems, join(path, element.name))
+        elif isinstance(element, DictionaryReference):
+            element.connectors = _expand(element.connectors, element.name, None, shapes, problems)
         else:
-            fmu = None if isinstance(element, DictionaryReference) else fmus.get(join(path, element.name))
-            element.connectors = _expand(element.connectors, element.name, fmu, shapes, problems)
+            fmu = fmus.get(join(path, element.name))
+            unusable = {c.name for c in element.connectors if fmu is None and None in [d.size for d in c.dimensions]}
+            shapes |= {(element.name, name): None for name in unusable}
+            known = [c for c in element.connectors if c.name not in unusable]
+            element.connectors = _expand(known, element.name, fmu, shapes, problems)
     system.connections = [c for connection in system.connections for c in _elementwise(connection, shapes, problems)]
 
 
-def indices(shape: Shape) -> list[str]:
-    """Return `[1]`, `[2]` and so on in row-major order, nothing for a scalar."""
-    return [f"[{','.join(map(str, i))}]" if shape else "" for i in itertools.product(*(range(1, n + 1) for n in shape))]
-
-
-def shapes_of(names: Iterable[str]) -> dict[str, Shape]:
-    """Return the shapes of the arrays that are whole among `names`, by the names without indices."""
-    found: dict[str, list[Shape]] = {}
-    for name in names:
-        if match := _ELEMENT.fullmatch(name):
-            found.setdefault(match[1], []).append(tuple(map(int, match[2].split(","))))
-    largest = {
-        name: tuple(map(max, zip(*places, strict=True)))
-        for name, places in found.items()
-        if len({len(place) for place in places}) == 1
-    }
-    return {name: shape for name, shape in largest.items() if math.prod(shape) == len(set(found[name]))}
-
-
 def _expand(
-    connectors: list[Connector], owner: str, fmu: Fmu | None, shapes: dict[tuple[str, str], Shape], problems: Problems
+    connectors: list[Connector], owner: str, fmu: Fmu | None, shapes: Shapes, problems: Problems
 ) -> list[Connector]:
     expanded = []
     for connector in connectors:
         _remember(connector, owner, fmu, shapes, problems)
-        shape = shapes.get((owner, connector.name), ())
+        shape = shapes.get((owner, connector.name)) or ()
         expanded += [
             dataclasses.replace(connector, name=connector.name + index, dimensions=()) for index in indices(shape)
         ]
     return expanded
 
 
-def _remember(
-    connector: Connector, owner: str, fmu: Fmu | None, shapes: dict[tuple[str, str], Shape], problems: Problems
-) -> None:
+def _remember(connector: Connector, owner: str, fmu: Fmu | None, shapes: Shapes, problems: Problems) -> None:
     """Find the shape of an array connector."""
     if not connector.dimensions:
         return
     label = f"connector {owner}.{connector.name}" if owner else f"connector {connector.name}"
     sizes = [dimension.size for dimension in connector.dimensions]
-    shown = None if fmu is None else _shape_in(fmu, connector.name, len(sizes))
+    shown = None if fmu is None else fmu.shapes.get((connector.name, len(sizes)))
     if None in sizes and shown is None:
         problems.add(f"{label}: the size of the array is not known", connector.place)
         shape: Shape = (1,) * len(sizes)
@@ -89,19 +71,9 @@ def _remember(
     shapes[owner, connector.name] = shape
 
 
-def _shape_in(fmu: Fmu, name: str, dimensions: int) -> Shape | None:
-    pattern = re.compile(re.escape(name) + r"\[" + ",".join([r"([1-9][0-9]{0,8})"] * dimensions) + r"\]")
-    found = [tuple(map(int, match.groups())) for v in fmu.variables if (match := pattern.fullmatch(v))]
-    return tuple(map(max, zip(*found, strict=True))) if found else None
-
-
-def shape_text(shape: Shape) -> str:
-    """Return sizes as a message shows them."""
-    return " x ".join(map(str, shape)) or "a scalar"
-
-
-def _elementwise(connection: Connection, shapes: dict[tuple[str, str], Shape], problems: Problems) -> list[Connection]:
+def _elementwise(connection: Connection, shapes: Shapes, problems: Problems) -> list[Connection]:
     start, end = (shapes.get(side, ()) for side in (connection.start, connection.end))
+    start, end = (first if first is not None else second or () for first, second in ((start, end), (end, start)))
     if start != end:
         problems.add(
             f"{'.'.join(filter(None, connection.start))} → {'.'.join(filter(None, connection.end))}: sizes differ"

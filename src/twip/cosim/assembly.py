@@ -64,13 +64,12 @@ class _Assembly:
             )
             for c in components
         ]  # fmt: skip
-        for path in systems_of(self.description.system):
-            signals = tuple(
-                signal
-                for key, port in self.wiring.ports.items()
-                if key[0] == path and port.variable is None and not port.shared
-                for signal in self._signal(port)
-            )
+        connectors: dict[str, list[Port]] = {path: [] for path in systems_of(self.description.system)}
+        for (path, _), port in self.wiring.ports.items():
+            if port.variable is None and not port.shared and path in connectors:
+                connectors[path].append(port)
+        for path, own in connectors.items():
+            signals = tuple(signal for port in own for signal in self._signal(port))
             if signals:
                 channels.append(Channel(path, signals))
         names = columns(channels)
@@ -140,11 +139,7 @@ class _Assembly:
         """Return the components that take the value of a component input or of an inner system's input."""
         if key[0] in self.fmus:
             return (key[0],)
-        passing = (
-            k[0]
-            for k, link in self.wiring.links.items()
-            if k[0] in self.fmus and any(e.source.key == key for e in link.edges)
-        )
+        passing = (k[0] for k, _ in self.wiring.through(key) if k[0] in self.fmus)
         return tuple(sorted(set(passing))) if self.wiring.ports[key].kind == "input" else ()
 
     def _is_open(self, key: Key, port: Port) -> bool:

@@ -7,6 +7,7 @@ from .kinds import GIVING
 from .links import Conversion, Key, Port, convert_along, full_name
 from .problems import Place, Problems
 from .scalar_types import EXACT, misfit, to_float32
+from .units import Unit
 from .value_types import family
 from .values import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, take
 from .variable import Variable
@@ -27,8 +28,8 @@ class Assigned:
         """Return the start values of the component at a dotted path."""
         return tuple(value for key, value in self.variables.items() if key[0] == path)
 
-    def assign(self, key: Key, target: Variable | Port, written: Written) -> None:
-        """Give a target what is written."""
+    def assign(self, key: Key, target: Variable | Port, written: Written, before: Variable | None = None) -> None:
+        """Give a target what is written; `before` is the variable that it was written for, if another."""
         if isinstance(target, Port):
             self._forward(target, written)
             return
@@ -37,8 +38,20 @@ class Assigned:
         if target.obstacle:
             self.problems.add(f"{target.name} cannot be set: {target.obstacle}", place)
             return
-        value = take(target.name, target.type, target.items, target.unit, written, self.problems, target.relative)
+        unit = self.unit_of(key, target)
+        items = before.items if before is not None and before.items and target.items else target.items
+        value = take(target.name, target.type, items, unit, written, self.problems, target.relative)
+        if value is not None and dict(items) != dict(target.items):
+            label = next(label for label, number in items if number == value)
+            value = dict(target.items).get(label)
+            if value is None:
+                self.problems.add(f"{target.name} = {written.text!r}: the enumeration has no item {label} now", place)
         self.set_variable(key, target, value, place)
+
+    def unit_of(self, key: Key, variable: Variable) -> Unit | None:
+        """Return the unit of a variable's values: its own, else that of its connector."""
+        port = self.wiring.ports.get(key)
+        return port.unit if variable.unit is None and port is not None else variable.unit
 
     def set_variable(self, key: Key, variable: Variable, value: Value | None, place: Place) -> None:
         """Give a variable a value of its own type and unit; None is a problem that has been told."""
@@ -58,11 +71,7 @@ class Assigned:
             self._backward(port, written)
             return
         place = written.place
-        links = [
-            (key, link)
-            for key, link in sorted(self.wiring.links.items())
-            if any(e.source.key == port.key for e in link.edges)
-        ]
+        links = self.wiring.through(port.key)
         behind = [e.target for _, link in links for e in link.edges]
         if port.key in self.wiring.severed and port.type is None:
             return  # its type is that of what it leads to

@@ -112,7 +112,7 @@ def _load(
     wiring = wire(top, fmus, components, problems)
     swaps.refuse_loops(wiring, fmus)
     sound = not problems
-    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.units)
+    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.variables)
     system = assemble(description, fmus, wiring, assignments, sources, problems, workspace) if sound else None
     return system, problems
 

@@ -9,19 +9,15 @@ import dataclasses
 import difflib
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from .arrays import shape_text, shapes_of
 from .assigned import Assigned
 from .fmu import Fmu, Variable
 from .links import Key, Port, full_name
 from .problems import Place, Problems
-from .ssm import MappingEntry, ParameterMapping
-from .ssv import Parameter, ParameterSet
-from .units import Unit, lookup
+from .shapes import Shape, shapes_of
+from .units import Unit
 from .values import Value, Written, parse_value
-
-_NAMED = 10
-"""Most names in one warning."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +38,8 @@ class Assignments(Assigned):
     """Finds the targets of values by name."""
 
     fmus: Mapping[str, Fmu]
-    units: Mapping[Key, Unit]
-    """Of values in the system's description that have none, where it is not that of the variable."""
+    before: Mapping[Key, Variable]
+    """The variables that values in the system's description were written for, where others have taken their places."""
     unreadable: Set[str] = frozenset()
     """Paths of the components whose FMU cannot be read: nobody knows their variables."""
     callers: dict[Key, Place] = field(default_factory=dict)
@@ -59,7 +55,6 @@ class Assignments(Assigned):
         for key, port in self.wiring.ports.items():
             if port.variable is None and not port.shared:
                 self._names.setdefault(full_name(key), []).append((key, port))
-        self._shapes = shapes_of(self._names)
 
     def continued(self, problems: Problems) -> "Assignments":
         """Return assignments that begin with these and may take more, with `problems` of their own."""
@@ -68,72 +63,13 @@ class Assignments(Assigned):
         more.variables, more.connectors = dict(self.variables), dict(self.connectors)
         return more
 
-    def apply_set(self, parameters: ParameterSet, scope: Scope, mapping: ParameterMapping | None = None) -> None:
-        """Apply a parameter set to a component or system; with a mapping, only what it names."""
-        names = {scope.prefix + parameter.name for parameter in parameters.parameters}
-        entries: dict[str, list[MappingEntry | None]] = {}
-        for item in () if mapping is None else mapping.entries:
-            entries.setdefault(item.source, []).append(item)
-            if item.source not in names:
-                self.problems.warn(f"the parameter set has no {item.source} to map", item.place)
-        missing: list[tuple[str, Place]] = []
-        for parameter in parameters.parameters:
-            name = scope.prefix + parameter.name
-            for entry in [None] if mapping is None else entries.get(name, []):
-                whole = name if entry is None else entry.target
-                target = whole + parameter.index
-                if self._differs(parameter, f"{scope.path}.{whole}" if scope.path else whole):
-                    continue
-                if not self._apply(parameter, parameters, scope, target, entry):
-                    missing.append((target, parameter.place))
-        if missing:
-            self._warn_of_missing(missing, scope)
+    @cached_property
+    def shapes(self) -> dict[str, Shape]:
+        """Shapes by full name, of arrays and of what is none."""
+        arrays = {name: shape for (name, _), shape in shapes_of(self._names).items()}
+        return {**arrays, **dict.fromkeys(self._names, ())}
 
-    def _differs(self, parameter: Parameter, name: str) -> bool:
-        """Report a parameter that has not the sizes of the array called `name`."""
-        shape = self._shapes.get(name)
-        if shape is None or shape == parameter.shape or (name in self._names and not parameter.shape):
-            return False
-        self.problems.add(
-            f"parameter {parameter.name} is {shape_text(parameter.shape)}, but {name} is {shape_text(shape)}",
-            parameter.place,
-        )
-        return True
-
-    def _warn_of_missing(self, missing: list[tuple[str, Place]], scope: Scope) -> None:
-        place = Place(missing[0][1].file, missing[0][1].line, scope.path if scope.path in self.fmus else None)
-        names = ", ".join(name for name, _ in missing[:_NAMED])
-        more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
-        what = f"unknown parameter {names} is" if len(missing) == 1 else f"unknown parameters {names}{more} are"
-        self.problems.warn(f"{what} ignored", place)
-
-    def _apply(
-        self, parameter: Parameter, parameters: ParameterSet, scope: Scope, name: str, entry: MappingEntry | None
-    ) -> bool:
-        """Apply one parameter; return whether it is known, or reported as unknown."""
-        place = parameter.place
-        matches = self._find(scope, name, place)
-        for key, target in matches:
-            if scope.from_caller:
-                self.callers[key] = place
-            unit = lookup(parameter.unit, parameters.units, scope.units)
-            if unit is not None and unit.exponents is None:
-                self.problems.warn(f"unit {unit.name} has no definition in the file", place)
-            if unit is None and not scope.from_caller:
-                unit = self.units.get(key)
-            if unit is not None and unit.exponents is None and key[0] in self.fmus:
-                unit = lookup(unit.name, self.fmus[key[0]].units)
-            written = Written(parameter.text, parameter.type, unit, place)
-            if entry is not None:
-                written = dataclasses.replace(
-                    written,
-                    transformation=entry.transformation,
-                    suppress_unit_conversion=entry.suppress_unit_conversion,
-                )
-            self.assign(key, target, written)
-        return bool(matches) or scope.from_caller or self._is_unreadable(scope, name)
-
-    def _is_unreadable(self, scope: Scope, name: str) -> bool:
+    def is_unreadable(self, scope: Scope, name: str) -> bool:
         """Tell whether a name may be that of a variable of an FMU that cannot be read."""
         whole = f"{scope.path}.{name}" if scope.path else name
         return any(whole.startswith(f"{path}.") for path in self.unreadable)
@@ -142,7 +78,7 @@ class Assignments(Assigned):
         """Apply values by `component.variable`, in the variables' own units."""
         place = Place("start values")
         for name, value in values.items():
-            for key, target in self._find(Scope("", "", {}, from_caller=True), name, place):
+            for key, target in self.find(Scope("", "", {}, from_caller=True), name, place):
                 self.callers[key] = place
                 text = str(value).lower() if isinstance(value, bool) else str(value)
                 self.assign(key, target, Written(text, None, None, place))
@@ -163,10 +99,11 @@ class Assignments(Assigned):
                 moved = self.converted(link.conversion, value, variable, link.label, place)
                 self.set_variable(key, variable, moved, place)
 
-    def _find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
+    def find(self, scope: Scope, name: str, place: Place) -> list[tuple[Key, Variable | Port]]:
+        """Return what a name stands for; that the caller's is unknown is a problem."""
         path = scope.path
         matches = self._names.get(f"{path}.{name}" if path else name, [])
-        if not matches and scope.from_caller and self._is_unreadable(scope, name):
+        if not matches and scope.from_caller and self.is_unreadable(scope, name):
             self.unchecked[name] = None
         elif not matches and scope.from_caller:
             close = difflib.get_close_matches(name, self._names, 1)

@@ -9,13 +9,13 @@ import pathlib
 from collections.abc import Mapping, Sequence
 
 from .bindings import fetch
-from .fmu import Fmu, file_fingerprint
+from .fmu import Fmu, Variable, file_fingerprint
 from .links import Key
+from .parameter_sets import apply_set
 from .parameters import Assignments, Scope
 from .problems import Problems
 from .ssv import read_parameter_file
 from .structure import Binding, ComponentElement, SystemElement, components_of, systems_of
-from .units import Unit
 from .values import Value
 from .wiring import Wiring
 
@@ -30,15 +30,15 @@ def parametrize(
     start_values: Mapping[str, Value],
     sources: Sources,
     problems: Problems,
-    units: Mapping[Key, Unit],
+    before: Mapping[Key, Variable],
 ) -> Assignments:
     """Return what every variable is set to; the files that values come from are entered in `sources`.
 
-    `units` are those of values in the description that have none, where they are not the variable's.
+    `before` are the variables that values in the description were written for, where others have taken their places.
     """
     usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
     assignments = Assignments(
-        wiring=wiring, problems=problems, fmus=usable, units=units, unreadable=fmus.keys() - usable.keys()
+        wiring=wiring, problems=problems, fmus=usable, before=before, unreadable=fmus.keys() - usable.keys()
     )
     scopes: list[tuple[str, ComponentElement | SystemElement]] = [*components_of(system).items()]
     scopes += reversed(systems_of(system).items())  # inner systems before the ones around them
@@ -49,13 +49,13 @@ def parametrize(
             _note_files(binding, sources)
             if parameters is not None and whole:
                 scope = Scope(path, binding.prefix, binding.document.units)
-                assignments.apply_set(parameters, scope, mapping)
+                apply_set(assignments, parameters, scope, mapping)
     assignments.apply_constants()
     for file in files:
         given = read_parameter_file(file, file.name if file.is_file() else str(file), problems)
         if given is not None:
             sources[f"parameters {file.name}"] = {"file": str(file), "sha256": file_fingerprint(file)}
-            assignments.apply_set(given, Scope("", "", {}, from_caller=True))
+            apply_set(assignments, given, Scope("", "", {}, from_caller=True))
     assignments.apply_values(start_values)
     if assignments.unchecked:
         names = ", ".join(assignments.unchecked)

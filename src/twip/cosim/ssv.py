@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from .document import METADATA_ATTRIBUTES, Element, Reader, name_of
 from .problems import Place, Problems
 from .schemas import opened
+from .shapes import Shape, indices, shape_text
 from .source import read_file
 from .units import Unit, read_units
 from .value_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
@@ -25,8 +26,8 @@ class Parameter:
     place: Place
     index: str = ""
     """Of one element of an array: `[1]` or `[2,1]`, counted from 1, which follows the name."""
-    shape: tuple[int, ...] = ()
-    """Of the array; empty for a scalar."""
+    shape: Shape = ()
+    """Of the array."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,10 @@ def read_parameter_set(root: Element, file: str, problems: Problems) -> Paramete
     if reader is None:
         return None
     reader.attributes(root, {"version", "name", *METADATA_ATTRIBUTES})
-    enumerations = read_enumerations(reader, root)
+    units, enumerations = read_units(reader, root), read_enumerations(reader, root)
+    whole, silent = root.getroottree().getroot(), Reader(file, Problems())  # a set inside a file may use what that has
+    known_units = {**read_units(silent, whole), **units}
+    known_enumerations = {**read_enumerations(silent, whole), **enumerations}
     parameters: dict[str, list[Parameter]] = {}
     for container in reader.children(root, {"Parameters"}, {"Enumerations", "Units"}):
         reader.attributes(container, set())
@@ -61,12 +65,12 @@ def read_parameter_set(root: Element, file: str, problems: Problems) -> Paramete
             name = reader.required(element, "name")
             if name in parameters:
                 problems.add(f"parameter {name} is given twice", reader.place(element))
-            parameters[name] = _read_parameter(reader, element, name, enumerations)
-    return ParameterSet(file, tuple(itertools.chain(*parameters.values())), read_units(reader, root))
+            parameters[name] = _read_parameter(reader, element, name, known_units, known_enumerations)
+    return ParameterSet(file, tuple(itertools.chain(*parameters.values())), units)
 
 
 def _read_parameter(
-    reader: Reader, element: Element, name: str, enumerations: dict[str, Enumeration]
+    reader: Reader, element: Element, name: str, units: dict[str, Unit], enumerations: dict[str, Enumeration]
 ) -> list[Parameter]:
     values: list[Element] = []
     shape: list[int] = []
@@ -85,24 +89,27 @@ def _read_parameter(
     if kind in REFUSED:
         reader.problems.add(f"parameter {name}: type {kind} is not supported", place)
         return []
+    enumeration, unit = value.get("name"), value.get("unit")
+    if enumeration is not None and enumeration not in enumerations:
+        reader.problems.add(f"parameter {name}: enumeration {enumeration} has no definition", place)
+    if unit is not None and unit not in units:
+        reader.problems.warn(f"unit {unit} has no definition in the file", place)
     reader.attributes(value, {"value", *{"Real": {"unit"}, "Enumeration": {"name"}}.get(family(kind), set())})
     texts = _texts(reader, value, name, array=bool(shape))
     if texts is None:
         return []
     if min(shape, default=1) < 1 or len(texts) != math.prod(shape):
-        sizes = " x ".join(map(str, shape)) or "1"
-        reader.problems.add(f"parameter {name} has {len(texts)} values where its size is {sizes}", place)
+        size_text = shape_text(tuple(shape)) if shape else "1"
+        reader.problems.add(f"parameter {name} has {len(texts)} values where its size is {size_text}", place)
         return []
     type_ = canonical(kind)
     for text in texts:
-        _check(reader, name, type_, text, enumerations.get(value.get("name", "")), place)
-    indices = [""] if not shape else [f"[{','.join(map(str, i))}]" for i in _indices(shape)]
-    unit = value.get("unit")
-    return [Parameter(name, type_, t, unit, place, i, tuple(shape)) for t, i in zip(texts, indices, strict=True)]
-
-
-def _indices(shape: list[int]) -> "itertools.product[tuple[int, ...]]":
-    return itertools.product(*(range(1, size + 1) for size in shape))
+        _check(reader, name, type_, text, enumerations.get(enumeration or ""), place)
+    sizes = tuple(shape)
+    return [
+        Parameter(name, type_, text, unit, place, index, sizes)
+        for text, index in zip(texts, indices(sizes), strict=True)
+    ]
 
 
 def _texts(reader: Reader, value: Element, name: str, array: bool) -> list[str] | None:

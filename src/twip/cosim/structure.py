@@ -155,3 +155,13 @@ def components_of(system: SystemElement) -> dict[str, ComponentElement]:
 
     walk(system, "")
     return found
+
+
+def system_around(top: SystemElement, element: ComponentElement) -> SystemElement:
+    """Return the system that has `element` among its elements, `top` or one in it."""
+    systems = [top]
+    for system in systems:
+        if any(part is element for part in system.elements):
+            return system
+        systems += [part for part in system.elements if isinstance(part, SystemElement)]
+    raise LookupError(element.name)

@@ -2,8 +2,10 @@
 
 import pathlib
 from dataclasses import dataclass
+from functools import cached_property
 
 from .scalar_types import TYPES
+from .shapes import Shape, shapes_of
 from .units import Unit
 
 RECORDED_TYPES = tuple(TYPES)
@@ -40,6 +42,11 @@ class Variable:
     set."""
     relative: bool = False
     """Whether it is a difference (`relativeQuantity`): the offset of its unit does not count."""
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds that a connector of the variable may have (SSP 2.0 has `constant`), the most telling one last."""
+        return (self.causality, "constant") if self.variability == "constant" else (self.causality,)
 
     @property
     def settable(self) -> bool:
@@ -91,6 +98,11 @@ class Fmu:
     """As the model description states it."""
     native_reference: int | None = None
     """Value reference of the String that says where an instance's native functions are; see `native`."""
+
+    @cached_property
+    def shapes(self) -> dict[tuple[str, int], Shape]:
+        """Sizes of the arrays by name and number of dimensions, as the names of their elements show them."""
+        return shapes_of(self.variables)
 
     def meant(self, variable: Variable) -> Variable:
         """Return the variable that `variable` is another name of, else itself."""

@@ -1,6 +1,7 @@
 """Connections of nested systems, flattened to links that end at a component or at an open system connector."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from .dictionaries import Dictionaries
 from .fmu import Fmu
@@ -23,18 +24,29 @@ class Wiring:
     severed: set[Key] = field(default_factory=set)
     """Ports of connections whose other end is unusable: what feeds them, or what they feed, is not known."""
 
+    @cached_property
+    def _through(self) -> dict[Key, list[tuple[Key, Link]]]:
+        found: dict[Key, list[tuple[Key, Link]]] = {}
+        for key, link in sorted(self.links.items(), key=lambda item: item[0]):
+            for edge in link.edges:
+                found.setdefault(edge.source.key, []).append((key, link))
+        return found
+
+    def through(self, key: Key) -> list[tuple[Key, Link]]:
+        """Return the links whose values pass `key` or begin there, by name of their target."""
+        return self._through.get(key, [])
+
     def type_of(self, port: Port) -> tuple[str | None, Items]:
         """Return the type and the items of an enumeration of a connector of a system, those of what takes its values
         if it has none; no type where nobody has one.
         """
-        links = sorted(link for link in self.links.items() if any(e.source.key == port.key for e in link[1].edges))
-        behind = [edge.target for _, link in links for edge in link.edges]
+        behind = [edge.target for _, link in self.through(port.key) for edge in link.edges]
         type_ = port.type or next((p.type for p in behind if p.type), None)
         return type_, port.items or next((p.items for p in behind if p.items), ())
 
     def fed_by(self, key: Key) -> list[tuple[Key, Link]]:
         """Return the links that begin at `key`, by name of their target."""
-        return sorted((item for item in self.links.items() if item[1].source.key == key), key=lambda item: item[0])
+        return [item for item in self.through(key) if item[1].source.key == key]
 
 
 def wire(
@@ -54,20 +66,16 @@ def wire(
                 wirer.add_component_port(path, connector, fmu, component.document)
     wirer.add_system(system, "", ())
     wirer.join_dictionaries()
-    wiring = Wiring(wirer.ports, severed=wirer.severed)
     takers = differences(wirer.edges)
     differing = {key for key, found in takers.items() if True in found}
-    for key in wirer.edges:
-        link = trace(key, wirer.edges, wirer.severed, differing, problems)
-        if link is not None:
-            wiring.links[key] = link
+    links = {key: trace(key, wirer.edges, wirer.severed, differing, problems) for key in wirer.edges}
     for key, found in takers.items():
         if len(found) > 1:
             one, other = (full_name(found[relative].target.key) for relative in (True, False))
             place = found[True].connection.place
             text = f"{full_name(key)} feeds {one}, a difference (relativeQuantity), and {other}, which is none"
             problems.warn(text, place)
-    return wiring
+    return Wiring(wirer.ports, {key: link for key, link in links.items() if link is not None}, wirer.severed)
 
 
 class _Wirer:
@@ -89,9 +97,8 @@ class _Wirer:
             self.problems.add(f"{label}: {fmu.name} has no such variable", connector.place)
             return
         variable = fmu.meant(variable)
-        kind = "constant" if variable.variability == "constant" else variable.causality
-        if connector.kind not in (kind, variable.causality):
-            self.problems.add(f"{label}: is {connector.kind}, but {kind} in {fmu.name}", connector.place)
+        if connector.kind not in variable.kinds:
+            self.problems.add(f"{label}: is {connector.kind}, but {variable.kinds[-1]} in {fmu.name}", connector.place)
             return
         type_ = connector.type.type
         if type_ is not None and type_ != canonical(variable.type):
