@@ -4,7 +4,7 @@ import dataclasses
 
 from .links import Key, Port, full_name
 from .parameters import Assignments, Scope
-from .problems import Place, Problems
+from .problems import Place, Problems, some_of
 from .shapes import shape_text
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet
@@ -12,9 +12,6 @@ from .units import Unit, lookup
 from .value_types import family
 from .values import Written
 from .variable import Variable
-
-_NAMED = 10
-"""Most names in one warning."""
 
 
 def apply_set(
@@ -54,8 +51,7 @@ class _Application:
     def _warn(self, text: str, found: dict[str, Place]) -> None:
         if found:
             names = list(found)
-            more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-            self.problems.warn(text.format(", ".join(names[:_NAMED]) + more), self._own(found[names[0]]))
+            self.problems.warn(text.format(some_of(names)), self._own(found[names[0]]))
 
     def _own(self, place: Place) -> Place:
         path = self.scope.path

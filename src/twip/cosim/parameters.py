@@ -14,7 +14,7 @@ from functools import cached_property
 from .assigned import Assigned
 from .fmu import Fmu, Variable
 from .links import Key, Port, full_name
-from .problems import Place, Problems
+from .problems import Place, Problems, some_of
 from .shapes import Shape, shapes_of
 from .units import Unit
 from .values import Value, Written, parse_value
@@ -122,8 +122,9 @@ class Assignments(Assigned):
                 if v.start is None or parse_value(v.start, v.type, v.items) is None:
                     lacking.setdefault(key, []).append(v.name)
         for key, names in sorted(lacking.items()):
-            some = ", ".join(names[:_NAMED])
-            text = f"{key[1]} is set as a whole, but nothing gives {some} a value: the FMU states no start value"
+            text = (
+                f"{key[1]} is set as a whole, but nothing gives {some_of(names)} a value: the FMU states no start value"
+            )
             self.problems.add(text, places[key])
 
     def check_connected(self) -> None:
