@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from ..errors import TwipError, clear
 
-
 NAMED = 10
 """Most names that one line lists."""
 
