@@ -7,13 +7,16 @@ each other form an algebraic loop and share one depth, which is also the rank th
 by name, and before whatever follows the loop.
 """
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
 Output = tuple[str, str]
 """Component and variable."""
-Node = TypeVar("Node", str, Output)
+Feedthrough = Mapping[str, Mapping[str, frozenset[str]]]
+"""For each component and each output of it, the inputs it depends on."""
+Node = TypeVar("Node", str, int)
 
 
 @dataclass(frozen=True)
@@ -27,62 +30,85 @@ class Order:
     """A way around each loop: `a.y → b.u → b.y → a.u`, and what else is in it."""
 
 
-def evaluation_order(
-    feedthrough: Mapping[str, Mapping[str, frozenset[str]]], sources: Mapping[tuple[str, str], Output]
-) -> Order:
+class _Graph:
+    """What each output depends on, by number: first the outputs in the order of their names, then sets of inputs.
+
+    Outputs of a component with the same dependencies, such as those of an array, share one set: n outputs of n inputs
+    make 2 n edges, not n².
+    """
+
+    def __init__(self, feedthrough: Feedthrough, sources: Mapping[tuple[str, str], Output]):
+        self.feedthrough = feedthrough
+        self.sources = sources
+        self.outputs = sorted((component, output) for component, own in feedthrough.items() for output in own)
+        self.number = {output: i for i, output in enumerate(self.outputs)}
+        numbers: dict[tuple[str, frozenset[str]], int] = {}
+        for component, output in self.outputs:
+            numbers.setdefault((component, feedthrough[component][output]), len(self.outputs) + len(numbers))
+        self.edges = {i: [numbers[c, feedthrough[c][output]]] for i, (c, output) in enumerate(self.outputs)}
+        for (component, inputs), i in numbers.items():
+            fed = (sources[component, name] for name in inputs if (component, name) in sources)
+            self.edges[i] = sorted({self.number[source] for source in fed})
+
+    def is_set(self, node: int) -> bool:
+        return node >= len(self.outputs)
+
+    def way_around(self, loop: list[int]) -> str:
+        """Return the shortest way from the first output of `loop` back to it, in the direction of the signals."""
+        first, inside = loop[0], set(loop)
+        after: dict[int, int] = {}  # the output that is computed from this one, on the way to the first
+        queue, passed = deque([first]), set[int]()
+        while queue and first not in after:
+            node = queue.popleft()
+            (inputs,) = self.edges[node]
+            for source in () if inputs in passed else self.edges[inputs]:
+                if source in inside and source not in after:
+                    after[source] = node
+                    queue.append(source)
+            passed.add(inputs)
+        way = [first]
+        while (following := after[way[-1]]) != first:
+            way.append(following)
+        names = []
+        for source, node in zip(way, [*way[1:], first], strict=True):
+            feeder, (component, output) = self.outputs[source], self.outputs[node]
+            taken = min(i for i in self.feedthrough[component][output] if self.sources.get((component, i)) == feeder)
+            names += [".".join(feeder), f"{component}.{taken}"]
+        inside -= set(way)
+        others = [".".join(self.outputs[node]) for node in loop if node in inside]
+        return " → ".join(names) + (f" (and with them {', '.join(others)})" if others else "")
+
+
+def evaluation_order(feedthrough: Feedthrough, sources: Mapping[tuple[str, str], Output]) -> Order:
     """Return the order for components with the given `feedthrough` (component → output → inputs it depends on).
 
     `sources` maps a connected input to the output that feeds it.
     """
-    graph = {
-        (component, output): sorted({sources[component, name] for name in inputs if (component, name) in sources})
-        for component, outputs in feedthrough.items()
-        for output, inputs in outputs.items()
-    }
-    groups = strongly_connected(graph)
+    graph = _Graph(feedthrough, sources)
+    groups = strongly_connected(graph.edges)
     group_of = {node: index for index, group in enumerate(groups) for node in group}
-    depth: dict[int, int] = {}
+    depth = [0] * len(groups)
+    behind: dict[int, int] = {}  # largest depth of what feeds a set of inputs
     for index, group in enumerate(groups):  # sources come before what depends on them
-        outside = [depth[group_of[s]] for node in group for s in graph[node] if group_of[s] != index]
-        looped = len(group) > 1 or group[0] in graph[group[0]]
-        depth[index] = 1 + max(outside, default=0 if looped else -1)
+        sets = [node for node in group if graph.is_set(node)]
+        if len(group) > 1:
+            outside = [depth[group_of[s]] for node in sets for s in graph.edges[node] if group_of[s] != index]
+            depth[index] = 1 + max(outside, default=0)
+        elif not sets:
+            depth[index] = 1 + behind[graph.edges[group[0]][0]]
+        for node in sets:
+            behind[node] = max((depth[group_of[s]] for s in graph.edges[node]), default=-1)
+    members = [{graph.outputs[node][0] for node in group if not graph.is_set(node)} for group in groups]
     rank = dict.fromkeys(feedthrough, 0)
     for (component, _), source in sources.items():
-        inside = any(name == component for name, _ in groups[group_of[source]])
-        rank[component] = max(rank[component], depth[group_of[source]] + (0 if inside else 1))
-    loops = sorted(tuple(sorted(group)) for group in groups if len(group) > 1 or group[0] in graph[group[0]])
+        index = group_of[graph.number[source]]
+        rank[component] = max(rank[component], depth[index] + (0 if component in members[index] else 1))
+    loops = sorted(sorted(node for node in group if not graph.is_set(node)) for group in groups if len(group) > 1)
     return Order(
         tuple(sorted(feedthrough, key=lambda name: (rank[name], name))),
-        tuple(loops),
-        tuple(_path(loop, graph, feedthrough, sources) for loop in loops),
+        tuple(tuple(graph.outputs[node] for node in loop) for loop in loops),
+        tuple(map(graph.way_around, loops)),
     )
-
-
-def _path(
-    loop: tuple[Output, ...],
-    graph: Mapping[Output, list[Output]],
-    feedthrough: Mapping[str, Mapping[str, frozenset[str]]],
-    sources: Mapping[tuple[str, str], Output],
-) -> str:
-    """Return the shortest way from the first output of `loop` back to it, in the direction of the signals."""
-    first = loop[0]
-    after: dict[Output, Output] = {}  # the output that is computed from this one, on the way to the first
-    queue = [first]
-    while queue and first not in after:
-        node = queue.pop(0)
-        for source in graph[node]:
-            if source in loop and source not in after:
-                after[source] = node
-                queue.append(source)
-    outputs = [first]
-    while (following := after[outputs[-1]]) != first:
-        outputs.append(following)
-    names = []
-    for source, (component, output) in zip(outputs, [*outputs[1:], first], strict=True):
-        taken = min(i for i in feedthrough[component][output] if sources.get((component, i)) == source)
-        names += [".".join(source), f"{component}.{taken}"]
-    others = [".".join(output) for output in loop if output not in outputs]
-    return " → ".join(names) + (f" (and with them {', '.join(others)})" if others else "")
 
 
 def strongly_connected(graph: Mapping[Node, list[Node]]) -> list[list[Node]]:

@@ -187,8 +187,7 @@ def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()
 
 def feedthrough_of(component: Component, name: str) -> frozenset[str]:
     """Return the inputs that a variable depends on; what is no output may depend on all of them."""
-    known = component.fmu.feedthrough
-    return known[name] if name in known else frozenset(v.name for v in component.inputs)
+    return component.fmu.feedthrough.get(name, component.input_names)
 
 
 def _nominal(system: System) -> NDArray[np.float64]:

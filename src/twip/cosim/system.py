@@ -31,6 +31,11 @@ class Component:
     outputs: tuple[Variable, ...]
     start_values: tuple[StartValue, ...]
 
+    @cached_property
+    def input_names(self) -> frozenset[str]:
+        """Names of the inputs."""
+        return frozenset(variable.name for variable in self.inputs)
+
 
 @dataclass(frozen=True)
 class Copy:
