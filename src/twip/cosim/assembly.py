@@ -9,7 +9,7 @@ from .fmu import RECORDED_TYPES, Fmu
 from .links import Key, Link, Port, full_name
 from .parameters import Assignments
 from .problems import Place, Problems
-from .record import Channel, Signal, columns
+from .record import TIME, Channel, Signal, columns
 from .ssd import Description
 from .structure import systems_of
 from .system import Component, Copy, OpenConnector, ParameterLink, System
@@ -76,6 +76,9 @@ class _Assembly:
         for name, count in Counter(names).items():
             if count > 1:
                 self.problems.add(f"{name} is the name of more than one variable or connector", Place(file))
+        if TIME in names:
+            place = self.wiring.ports["", TIME].place
+            self.problems.add(f"connector {TIME}: {TIME} is the name of the independent variable", place)
         index = {(c.component, s.name): i for i, (c, s) in enumerate((c, s) for c in channels for s in c.signals)}
         copies = [
             Copy(index[key], index[link.source.key], link.conversion.affine, self._used_by(key),

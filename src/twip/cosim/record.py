@@ -7,6 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+TIME = "time"
+"""Name of the independent variable, the first column of tables."""
+
 
 @dataclass(frozen=True)
 class Signal:

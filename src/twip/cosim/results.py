@@ -16,7 +16,7 @@ from ..errors import TwipError
 from .log_event import clean
 from .messages import Message
 from .pace import RealTime
-from .record import Channel, columns
+from .record import TIME, Channel, columns
 from .sole_file import InUseError, SoleFile
 from .texts import text_of
 from .value_types import family
@@ -74,8 +74,8 @@ class Table:
         """Return a structured array (rows,) with the field `time` in s and one per column, of the variable's type."""
         signals = [signal for channel in self.channels for signal in channel.signals]
         kinds = [(name, _DTYPES[family(signal.type)]) for name, signal in zip(self.columns, signals, strict=True)]
-        values, array = self.values, np.empty(len(self.times), np.dtype([("time", "f8"), *kinds]))
-        array["time"] = self.times
+        values, array = self.values, np.empty(len(self.times), np.dtype([(TIME, "f8"), *kinds]))
+        array[TIME] = self.times
         for i, (name, _) in enumerate(kinds):
             array[name] = self[name] if i in self._texts else values[:, i]
         return array
@@ -191,7 +191,7 @@ class CsvSink:
         signals = [(channel.component, signal) for channel in channels for signal in channel.signals]
         self._keep = [i for i, (owner, signal) in enumerate(signals) if signal.causality == "output" or not owner]
         self._shown = [_SHOWN.get(family(signals[i][1].type), _whole) for i in self._keep]
-        header = _line(["time", *(names[i] for i in self._keep)])
+        header = _line([TIME, *(names[i] for i in self._keep)])
         self._path = Path(path)
         try:
             self._file = SoleFile(self._path)
