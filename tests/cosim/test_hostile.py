@@ -153,6 +153,15 @@ def test_devices_and_pipes_named_on_the_command_line_are_not_read(folder, kind):
     assert " is a device or the like, not a file" in lines[0]
 
 
+def test_devices_as_time_series_and_logs_are_not_read(folder):
+    path = write(folder, system([component("a", "CosimGain.fmu")]))
+    assert limited("check", path, "--step-size", 0.5, "--input-file", "/dev/zero") == (
+        ["twip: /dev/zero is a device, not a file"], 1,
+    )  # fmt: skip
+    lines, status = limited("report", "/dev/zero")
+    assert (lines, status) == (["twip: log '/dev/zero' is a device, not a file"], 1)
+
+
 def zipped(folder, entries, compression=zipfile.ZIP_STORED, name="evil.ssp"):
     with zipfile.ZipFile(folder / name, "w", compression) as file:
         for entry, data in entries:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .problems import Place, Problems
+from .source import is_endless
 from .system import System
 from .targets import RULES, Target, ends_of, objections, signal_type
 from .value_types import family
@@ -122,6 +123,9 @@ def read_inputs(path: str | os.PathLike[str], system: System, problems: Problems
     file, before = pathlib.Path(path), len(problems.lines)
     lines: list[tuple[int, list[str]]] = []
     begin = 1
+    if is_endless(file):
+        problems.add(f"{path} is a device, not a file")
+        return NO_INPUTS
     try:
         with file.open(newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream, skipinitialspace=True, strict=True)

@@ -11,6 +11,7 @@ from mcap.exceptions import McapError
 
 from ..errors import TwipError
 from .log_scan import DamagedError
+from .source import is_endless
 
 DECODING_ERRORS = (
     DamagedError,
@@ -31,6 +32,8 @@ DECODING_ERRORS = (
 
 def bytes_of(path: Path) -> bytes:
     """Return what a log holds; raises TwipError when it cannot be read or is empty."""
+    if is_endless(path):
+        raise TwipError(f"log {str(path)!r} is a device, not a file")
     try:
         data = path.read_bytes()
     except (OSError, ValueError) as error:

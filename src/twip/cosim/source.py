@@ -57,6 +57,11 @@ def is_special(path: pathlib.Path) -> bool:
     return path.exists() and not (path.is_file() or path.is_dir())
 
 
+def is_endless(path: pathlib.Path) -> bool:
+    """Tell whether `path` is a device; a pipe that the caller names has an end."""
+    return path.is_char_device() or path.is_block_device()
+
+
 def read_limited(path: pathlib.Path) -> bytes:
     """Return what the file at `path` holds, of one beyond `MAXIMUM_BYTES` that much and a byte. Raises `OSError`."""
     with path.open("rb") as stream:
