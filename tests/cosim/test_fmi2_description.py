@@ -97,6 +97,8 @@ def test_what_is_used_is_read(tmp_path):
         ('initial="exact"><Boolean', 'initial="guess"><Boolean', "variable b: initial 'guess' is unknown"),
         ('FMUstate="true"', 'FMUstate="maybe"', "canGetAndSetFMUstate = 'maybe' of CoSimulation must be true or false"),
         ('modelIdentifier="m"', "", "CoSimulation has no modelIdentifier"),
+        ('<Unit name="mystery"/>', '<Unit name="degC"/>', "unit degC is defined twice"),
+        ('<SimpleType name="Gear">', '<SimpleType name="Temperature">', "type Temperature is defined twice"),
         ('<Boolean start="true"/>', '<Boolean/><Real/>', "variable b has more than one type"),
         (' declaredType="Gear"', "", "variable gear: an Enumeration needs a declaredType"),
         ('valueReference="1"', f'valueReference="{2**32}"', f"valueReference = {2**32} of y" + BITS),

@@ -233,6 +233,20 @@ def test_variables_that_cannot_be_are_refused(tmp_path, library, variable, said)
     assert problems == [f"{said} (echo3.fmu: modelDescription.xml line {line_of('more', variables=variable)})"]
 
 
+def test_a_unit_and_a_type_of_which_there_are_two_are_refused(tmp_path, library):
+    text = echo3_description().replace("<TypeDefinitions>", '<TypeDefinitions><Int8Type name="Gear"/>')
+    text = text.replace("<UnitDefinitions>", '<UnitDefinitions><Unit name="K"/>')
+    with zipfile.ZipFile(tmp_path / "e.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
+    problems = Problems()
+    assert read_fmu(tmp_path / "e.fmu", "e.fmu", problems, Place("test")) is None
+    assert [line.partition(" (")[0] for line in problems.lines] == [
+        "unit K is defined twice",
+        "type Gear is defined twice",
+    ]
+
+
 def test_what_makes_no_sense_and_does_no_harm_is_warned_of(tmp_path, library):
     more = '<Float64 name="more" valueReference="8" causality="input" start="0" nominal="INF"/>'
     output = '<Output valueReference="3"/>'

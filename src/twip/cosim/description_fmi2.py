@@ -6,11 +6,11 @@ Departures from the standard's schema that do not matter here are left to `overv
 import math
 import pathlib
 
+from .description_checks import refuse_twice, usable_nominal, usable_step
 from .document import Element, Reader
 from .problems import Problems
 from .scalar_types import rule
 from .units import BASE_UNITS, Unit, lookup
-from .usable import usable_nominal, usable_step
 from .values import parse_value
 from .variable import Fmu, Variable
 
@@ -39,6 +39,7 @@ class _Description(Reader):
     def fmu(self, root: Element, kind: Element, path: pathlib.Path, name: str, sha256: str) -> Fmu:
         units = {unit.name: unit for item in root.iterfind("UnitDefinitions/Unit") for unit in self._unit(item)}
         types = {self.required(item, "name"): item for item in root.iterfind("TypeDefinitions/SimpleType")}
+        refuse_twice(root, self.file, self.problems)
         items = list(root.iterfind("ModelVariables/ScalarVariable"))
         for odd in root.iterfind("ModelVariables/*"):
             if isinstance(odd.tag, str) and odd.tag != "ScalarVariable":

@@ -13,11 +13,11 @@ from typing import Any
 import fmpy
 from lxml import etree
 
+from .description_checks import refuse_twice, usable_nominal, usable_step
 from .document import Element
 from .problems import Place, Problems
 from .scalar_types import NAMES
 from .units import BASE_UNITS, Unit, lookup
-from .usable import usable_nominal, usable_step
 from .variable import Fmu, Variable
 
 MAXIMUM_ELEMENTS = 100_000
@@ -77,6 +77,7 @@ class _Reader:
 
     def fmu(self, root: Element, kind: Element, path: pathlib.Path, name: str, sha256: str) -> Fmu:
         self._read_units(root)
+        refuse_twice(root, self.file, self.problems)
         self.types = {str(item.get("name")): item for item in root.iterfind("TypeDefinitions/*")}
         items = [item for item in root.iterfind("ModelVariables/*") if isinstance(item.tag, str)]
         for item in items:

@@ -1,8 +1,21 @@
-"""What a model description proposes for a run, and the master does without where it makes no sense."""
+"""Checks of model descriptions that both versions of FMI have in common."""
 
 import math
+from typing import Any
 
+from .document import Element
 from .problems import Place, Problems
+
+
+def refuse_twice(root: Element, file: str, problems: Problems) -> None:
+    """Report units and types that are defined more than once."""
+    for what, path in (("unit", "UnitDefinitions/Unit"), ("type", "TypeDefinitions/*[@name]")):
+        seen: set[str | None] = set()
+        for item in root.iterfind(path):
+            line: Any = item.sourceline
+            if item.get("name") in seen:
+                problems.add(f"{what} {item.get('name')} is defined twice", Place(file, line))
+            seen.add(item.get("name"))
 
 
 def usable_step(size: float, problems: Problems, place: Place) -> float | None:
