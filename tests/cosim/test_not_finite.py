@@ -77,13 +77,15 @@ def test_initial_values_that_overflow_fail(folder, loop, wire):
     assert told == f"{wire.replace('->', '→')} failed at t = 0 s: gave inf, which is not finite"
 
 
-def test_an_initial_loop_that_overflows_when_values_are_handed_around_is_solved(folder):
-    """b.y = 2e5 a.y and a.y = 2 (b.y + 1), so that b.y (1 - 4e5) = 4e5."""
+@pytest.mark.parametrize("factor", [1e4, 1e5])  # an output overflows first, a connection does
+def test_an_initial_loop_that_overflows_when_values_are_handed_around_is_solved(folder, factor):
+    """b.y = 2 f a.y and a.y = 2 (b.y + 1), so that b.y (1 - 4 f) = 4 f."""
     parts = [component(name, "CosimGain.fmu", "u> y<") for name in "ab"]
-    wires = [connection("a.y -> b.u", linear(1e5)), connection("b.y -> a.u", linear(1, 1))]
+    wires = [connection("a.y -> b.u", linear(factor)), connection("b.y -> a.u", linear(1, 1))]
     with load(write(folder, system(parts, wires))) as loaded:
         result = simulate(loaded, step_size=STEP, stop_time=STEP)
-    assert result["b.y"][0] == pytest.approx(4e5 / (1 - 4e5), rel=1e-11)  # a few times the tolerance of the passes
+    expected = 4 * factor / (1 - 4 * factor)
+    assert result["b.y"][0] == pytest.approx(expected, rel=1e-11)  # a few times the tolerance of the passes
 
 
 def test_a_parameter_gets_no_value_that_overflows(folder, loop):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..errors import TwipError
+from .component import ComponentError
 from .connection_copy import copy_value
 from .execution import Vector
 from .face import InstanceFace, PortsFace
@@ -94,28 +95,33 @@ def initialize(
     # handing values around settles loops that contract; from the start again and accelerated, others settle too
     for acceleration in (None, Acceleration(schedule.nominal[outputs] > 0.0)):
         values[:] = start
-        for number in range(MAXIMUM_PASSES):
-            before = list(values)
-            guess = row[outputs].copy()
-            refused.clear()
-            if number > 0:  # what they come from has been read
-                unfit = pass_parameters(system.parameter_links, by_name, values)
-            for stage in range(stages):
-                copy_stage(schedule, stage, values, refused)
-                for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
-                    ports[i].set_inputs()
-                    ports[i].get_outputs()
-            found = row[outputs]
-            changing = [
-                i
-                for i, scale in enumerate(nominal)
-                if abs(values[i] - before[i]) > _TOLERANCE * max(abs(values[i]), scale)
-            ]
-            if not changing and (number > 0 or not system.parameter_links):
-                break
-            if acceleration is not None:
-                scale = np.maximum(np.abs(found), schedule.nominal[outputs])
-                row[outputs] = acceleration.propose(guess, found, scale)
+        try:
+            for number in range(MAXIMUM_PASSES):
+                before = list(values)
+                guess = row[outputs].copy()
+                refused.clear()
+                if number > 0:  # what they come from has been read
+                    unfit = pass_parameters(system.parameter_links, by_name, values)
+                for stage in range(stages):
+                    copy_stage(schedule, stage, values, refused)
+                    for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
+                        ports[i].set_inputs()
+                        ports[i].get_outputs()
+                found = row[outputs]
+                changing = [
+                    i
+                    for i, scale in enumerate(nominal)
+                    if abs(values[i] - before[i]) > _TOLERANCE * max(abs(values[i]), scale)
+                ]
+                if not changing and (number > 0 or not system.parameter_links):
+                    break
+                if acceleration is not None:
+                    scale = np.maximum(np.abs(found), schedule.nominal[outputs])
+                    row[outputs] = acceleration.propose(guess, found, scale)
+        except ComponentError as failure:
+            if acceleration is not None or not schedule.loops or not failure.repeatable:
+                raise
+            continue
         if not changing and not refused:
             break
     _refuse(schedule, refused, times[0])
