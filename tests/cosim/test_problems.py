@@ -269,13 +269,6 @@ def test_elements_of_another_namespace_are_no_elements_of_ssp(folder, monkeypatc
     assert check(path) != []
 
 
-def test_one_dotted_name_for_two_elements(folder):
-    inner = system([component("b", GAIN)], name="a")
-    path = write(folder, system([component("a.b", GAIN), inner]))
-    line = line_of(path, 'Component name="b"')
-    assert f"a.b is the name of two elements (SystemStructure.ssd line {line})" in check(path)
-
-
 def test_versions(folder):
     assert check(write(folder, ONE_GAIN, version="3.0")) == [
         "version 3.0 of the format is not supported (SystemStructure.ssd line 1)"

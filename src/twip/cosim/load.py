@@ -13,6 +13,7 @@ from .fmu import file_fingerprint
 from .fmus import read_fmus
 from .parametrization import parametrize
 from .problems import Problems
+from .punning import tell_apart
 from .references import DEFAULT_SSD, References
 from .salvage import check_files
 from .several import PathLike, Paths, by_name, paths
@@ -24,7 +25,7 @@ from .swap import Swaps
 from .swap_map import read_swap_map
 from .system import System, cannot_share_a_process
 from .values import Value
-from .wiring import report_shared_names, wire
+from .wiring import wire
 
 
 def load(
@@ -102,7 +103,7 @@ def _load(
         sources["system"]["ssd"] = file.name
     top = description.system
     References(workspace, problems).expand(top, ((str(file.resolve()), file.name),))
-    report_shared_names(top, problems)
+    punned = tell_apart(top, problems)
     components = components_of(top)
     if not components:
         problems.add(f"system {top.name} has no components", top.place)
@@ -112,7 +113,7 @@ def _load(
     wiring = wire(top, fmus, components, problems)
     swaps.refuse_loops(wiring, fmus)
     sound = not problems
-    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.variables)
+    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.variables, punned)
     system = assemble(description, fmus, wiring, assignments, sources, problems, workspace) if sound else None
     return system, problems
 

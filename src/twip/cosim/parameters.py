@@ -15,6 +15,7 @@ from .assigned import Assigned
 from .fmu import Fmu, Variable
 from .links import Key, Port, full_name
 from .problems import Place, Problems, some_of
+from .punning import Punned
 from .shapes import Shape, shapes_of
 from .units import Unit
 from .values import Value, Written, parse_value
@@ -40,6 +41,7 @@ class Assignments(Assigned):
     fmus: Mapping[str, Fmu]
     before: Mapping[Key, Variable]
     """The variables that values in the system's description were written for, where others have taken their places."""
+    punned: Punned
     unreadable: Set[str] = frozenset()
     """Paths of the components whose FMU cannot be read: nobody knows their variables."""
     callers: dict[Key, Place] = field(default_factory=dict)
@@ -50,11 +52,13 @@ class Assignments(Assigned):
     def __post_init__(self) -> None:
         self._names: dict[str, list[tuple[Key, Variable | Port]]] = {}
         for path, fmu in self.fmus.items():
-            for variable in fmu.variables.values():
-                self._names.setdefault(f"{path}.{variable.name}", []).append(((path, variable.name), variable))
+            for known in self.punned.names.get(path, (path,)):
+                for variable in fmu.variables.values():
+                    self._names.setdefault(f"{known}.{variable.name}", []).append(((path, variable.name), variable))
         for key, port in self.wiring.ports.items():
             if port.variable is None and not port.shared:
-                self._names.setdefault(full_name(key), []).append((key, port))
+                for known in self.punned.names.get(key[0], (key[0],)):
+                    self._names.setdefault(full_name((known, key[1])), []).append((key, port))
 
     def continued(self, problems: Problems) -> "Assignments":
         """Return assignments that begin with these and may take more, with `problems` of their own."""
@@ -103,6 +107,8 @@ class Assignments(Assigned):
         """Return what a name stands for; that the caller's is unknown is a problem."""
         path = scope.path
         matches = self._names.get(f"{path}.{name}" if path else name, [])
+        if self.punned.around:
+            matches = [match for match in matches if path in self.punned.around[match[0][0]]]
         if not matches and scope.from_caller and self.is_unreadable(scope, name):
             self.unchecked[name] = None
         elif not matches and scope.from_caller:

@@ -14,6 +14,7 @@ from .links import Key
 from .parameter_sets import apply_set
 from .parameters import Assignments, Scope
 from .problems import Problems
+from .punning import Punned
 from .ssv import read_parameter_file
 from .structure import Binding, ComponentElement, SystemElement, components_of, systems_of
 from .values import Value
@@ -31,6 +32,7 @@ def parametrize(
     sources: Sources,
     problems: Problems,
     before: Mapping[Key, Variable],
+    punned: Punned,
 ) -> Assignments:
     """Return what every variable is set to; the files that values come from are entered in `sources`.
 
@@ -38,7 +40,12 @@ def parametrize(
     """
     usable = {path: fmu for path, fmu in fmus.items() if fmu is not None}
     assignments = Assignments(
-        wiring=wiring, problems=problems, fmus=usable, before=before, unreadable=fmus.keys() - usable.keys()
+        wiring=wiring,
+        problems=problems,
+        fmus=usable,
+        before=before,
+        punned=punned,
+        unreadable=fmus.keys() - usable.keys(),
     )
     scopes: list[tuple[str, ComponentElement | SystemElement]] = [*components_of(system).items()]
     scopes += reversed(systems_of(system).items())  # inner systems before the ones around them

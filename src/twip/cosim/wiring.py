@@ -213,17 +213,3 @@ def _enumeration(connector: Connector, document: Document, problems: Problems) -
 
 def _describe(connection: Connection) -> str:
     return f"{full_name(connection.start)} → {full_name(connection.end)}"
-
-
-def report_shared_names(system: SystemElement, problems: Problems) -> None:
-    """Report elements on different levels whose dotted names are the same, such as `a.b` beside `b` in `a`."""
-    seen: set[str] = set()
-    levels = [("", system)]
-    for path, level in levels:
-        for element in level.elements:
-            name = join(path, element.name)
-            if name in seen and "." in name:
-                problems.add(f"{name} is the name of two elements", element.place)
-            seen.add(name)
-            if isinstance(element, SystemElement):
-                levels.append((name, element))
