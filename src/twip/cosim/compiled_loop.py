@@ -7,7 +7,6 @@ numba's cache notices changes only in the file that holds a function.
 
 import ctypes
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from llvmlite import ir
@@ -444,9 +443,7 @@ def address(function: object) -> int:
 
 def is_cached() -> bool:
     """Tell whether the compiled steps lie in numba's cache, so that the first run need not compile them."""
-    source = Path(__file__)
-    indexes = Path(run_steps.stats.cache_path).glob(f"{source.stem}.run_steps-*.nbi")
-    return any(index.stat().st_mtime >= source.stat().st_mtime for index in indexes)
+    return bool(run_steps._cache._cache_file._load_index())  # empty for another source or version of numba
 
 
 class CompiledLoop:
