@@ -24,38 +24,38 @@ def beside(inside="", of_b="", of_c="", of_bc=""):
 
 def test_a_value_for_the_common_name_reaches_both(folder, loop):
     path = write(folder, beside(bind({"B.C.k": ("Real", 3.0)})))
-    assert values(path) == {"B.C.k": 3.0, "B.C#2.k": 3.0}
+    assert values(path) == {"B.C.k": 3.0, "B.C_2.k": 3.0}
     assert load(path).warnings == (
-        "B.C is the name of two elements, this one has B.C#2 in results"
+        "B.C is the name of two elements, this one has B.C_2 in results"
         f" (SystemStructure.ssd line {line_of(path, 'Component name=')})",
     )
-    result = simulate(load(path, start_values={"B.C#2.u": 2.0}), step_size=0.5, loop=loop)
-    # the element of B is B.C#2: y = 3 * 2, then the other one: 3 * 6
-    assert [result[name][-1] for name in ("B.C#2.y", "B.C.u", "B.C.y", "y")] == [6.0, 6.0, 18.0, 18.0]
+    result = simulate(load(path, start_values={"B.C_2.u": 2.0}), step_size=0.5, loop=loop)
+    # the element of B is B.C_2: y = 3 * 2, then the other one: 3 * 6
+    assert [result[name][-1] for name in ("B.C_2.y", "B.C.u", "B.C.y", "y")] == [6.0, 6.0, 18.0, 18.0]
 
 
 def test_a_value_within_an_element_reaches_what_is_in_it(folder):
-    assert values(write(folder, beside(of_b=bind({"C.k": ("Real", 3.0)})))) == {"B.C#2.k": 3.0}
-    assert values(write(folder, beside(of_c=bind({"k": ("Real", 3.0)})))) == {"B.C#2.k": 3.0}
+    assert values(write(folder, beside(of_b=bind({"C.k": ("Real", 3.0)})))) == {"B.C_2.k": 3.0}
+    assert values(write(folder, beside(of_c=bind({"k": ("Real", 3.0)})))) == {"B.C_2.k": 3.0}
     assert values(write(folder, beside(of_bc=bind({"k": ("Real", 3.0)})))) == {"B.C.k": 3.0}
     path = write(folder, beside(of_bc=bind({"k": ("Real", 3.0)}), inside=bind({"C.k": ("Real", 5.0)}, prefix="B.")))
-    assert values(path) == {"B.C.k": 5.0, "B.C#2.k": 5.0}
+    assert values(path) == {"B.C.k": 5.0, "B.C_2.k": 5.0}
 
 
 def test_the_caller_has_the_common_name_and_one_for_each(folder):
     path = write(folder, beside())
     (folder / "set.ssv").write_text(parameter_set({"B.C.k": ("Real", 3)}))
-    assert values(path, parameters=folder / "set.ssv") == {"B.C.k": 3.0, "B.C#2.k": 3.0}
-    assert values(path, start_values={"B.C.k": 3.0, "B.C#2.k": 4.0}) == {"B.C.k": 3.0, "B.C#2.k": 4.0}
-    assert check(path, swap={"B.C#2": folder / "CosimMixed.fmu"}) != []
-    assert check(path, swap={"B.C#2": folder / GAIN}) == []
+    assert values(path, parameters=folder / "set.ssv") == {"B.C.k": 3.0, "B.C_2.k": 3.0}
+    assert values(path, start_values={"B.C.k": 3.0, "B.C_2.k": 4.0}) == {"B.C.k": 3.0, "B.C_2.k": 4.0}
+    assert check(path, swap={"B.C_2": folder / "CosimMixed.fmu"}) != []
+    assert check(path, swap={"B.C_2": folder / GAIN}) == []
 
 
 def test_systems_share_a_name_too(folder):
     deep = system([system([component("D", GAIN)], name="C")], name="B")
     other = system([component("D", GAIN)], inside=bind({"D.k": ("Real", 7.0)}), name="B.C")
     path = write(folder, system([deep, other], inside=bind({"B.C.D.u": ("Real", 1.0)})))
-    assert values(path) == {"B.C.D.k": 7.0, "B.C.D.u": 1.0, "B.C#2.D.u": 1.0}
+    assert values(path) == {"B.C.D.k": 7.0, "B.C.D.u": 1.0, "B.C_2.D.u": 1.0}
     third = system([component("C.D", GAIN)], name="B")
     around = system([system([deep, other], name="A"), system([component("x", GAIN)], name="E")])
     assert sorted(values(write(folder, around))) == ["A.B.C.D.k"]
@@ -64,9 +64,9 @@ def test_systems_share_a_name_too(folder):
 
 def test_both_are_recorded(folder):
     path, log, rows = write(folder, beside()), folder / "out.mcap", folder / "out.csv"
-    words = ["--step-size", "0.5", "--log", str(log), "--output-file", str(rows), "--start-values", "B.C#2.u", "2"]
+    words = ["--step-size", "0.5", "--log", str(log), "--output-file", str(rows), "--start-values", "B.C_2.u", "2"]
     assert main(["run", str(path), *words]) == 0
-    assert {"B.C#2.y", "B.C.y", "y"} < set(rows.read_text().splitlines()[0].split(","))
+    assert {"B.C_2.y", "B.C.y", "y"} < set(rows.read_text().splitlines()[0].split(","))
     with log.open("rb") as stream:
         topics = {channel.topic for channel in make_reader(stream).get_summary().channels.values()}
-    assert {"/B/C", "/B/C#2"} < topics
+    assert {"/B/C", "/B/C_2"} < topics

@@ -1,7 +1,7 @@
 """Elements with one dotted name (punning): `B.C` beside the element `C` of the system `B`.
 
 Parameters go by hierarchical names, and one that two elements share stands for both (SSP 2.0 section 5.2.3). Results,
-inputs and scenarios need names of their own: a later element gets `#2` behind its name.
+inputs and scenarios need names of their own: a later element gets `_2` behind its name.
 """
 
 import dataclasses
@@ -31,9 +31,9 @@ def tell_apart(top: SystemElement, problems: Problems) -> Punned:
             name, own = element.name, join(path, element.name)
             if own in seen and "." in own:
                 number = 2
-                while join(path, f"{name}#{number}") in seen | {join(path, e.name) for e in system.elements}:
+                while join(path, f"{name}_{number}") in seen | {join(path, e.name) for e in system.elements}:
                     number += 1
-                element.name = f"{name}#{number}"
+                element.name = f"{name}_{number}"
                 system.connections[:] = [_renamed(c, name, element.name) for c in system.connections]
                 text = f"{own} is the name of two elements, this one has {join(path, element.name)} in results"
                 problems.warn(text, element.place)
