@@ -48,11 +48,12 @@ VARIABLES = (
            variability="discrete", initially=("yaw", "yaw_rate", "yaw_reference")),
     output("pitch_reference", "rad", "pitch reference: offset and velocity loop", display_unit="deg",
            variability="discrete", initially=("pitch_offset",)),
+    output("left.compensation_voltage", "V", "share of the left voltage that pays for friction, within no limit",
+           variability="discrete"),
+    output("right.compensation_voltage", "V", "share of the right voltage that pays for friction, within no limit",
+           variability="discrete"),
     local("speed_integral", "m", "integral of the speed error", variability="discrete"),
     local("pitch_integral", "rad.s", "integral of the pitch error (PID)", variability="discrete"),
-    local("left.compensation_voltage", "V", "share of the left voltage that pays for friction", variability="discrete"),
-    local("right.compensation_voltage", "V", "share of the right voltage that pays for friction",
-          variability="discrete"),
     state("start"), state("ticks"), state("sampled"),
 )  # fmt: skip
 

@@ -11,14 +11,15 @@ from twip.robot.parameters import BODY
 from twip.robot.plant import constants, smallest_determinant
 from twip.robot.sampling import ticks_reached
 
+SIDES = ("left", "right")
 COULOMB = ("coulomb_forward_limit", "coulomb_reverse_limit")
 STATIC = ("static_forward_limit", "static_reverse_limit")
 MOTOR = ("drive_torque", *COULOMB, *STATIC, "stribeck_speed_limit")
 ACTING = (
-    *(f"{side}.{name}" for side in ("left", "right") for name in MOTOR),
+    *(f"{side}.{name}" for side in SIDES for name in MOTOR),
     *("push_force", "slope", "body_torque", "wheels_locked"),
 )
-"""Inputs that act on the accelerations at once."""
+"""Inputs that act on the accelerations and on the friction at once."""
 
 
 def both(*variables: Variable) -> tuple[Variable, ...]:
@@ -53,6 +54,10 @@ VARIABLES = (
         output("shaft_speed", "rad/s", "motor shaft speed relative to the body", nominal=100.0),
         output("shaft_angle", "rad", "motor shaft angle relative to the body", nominal=100.0),
     ),
+    *(
+        output(f"{side}.friction_torque", "N.m", "dry friction torque on the motor shaft", ACTING, nominal=1e-3)
+        for side in SIDES
+    ),
     output("pitch", "rad", "pitch of the body, forward lean positive", display_unit="deg"),
     output("pitch_rate", "rad/s", "pitch rate", display_unit="deg/s"),
     output("pitch_acceleration", "rad/s2", "pitch acceleration", ACTING, nominal=10.0),
@@ -69,7 +74,6 @@ VARIABLES = (
     output("fallen", None, "1 once the pitch has gone beyond the fallen angle", variability="discrete"),
     *both(
         local("wheel_rate", "rad/s", "absolute wheel rate"),
-        local("friction_torque", "N.m", "dry friction torque on the motor shaft"),
         local("rolling_torque", "N.m", "rolling resistance, or the lock's torque, on the wheel"),
     ),
     state("start"),

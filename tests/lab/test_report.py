@@ -9,11 +9,11 @@ from math import radians
 
 import numpy as np
 import pytest
-from robot_log import columns, robot_log, write
+from robot_log import METADATA, columns, robot_log, write
 
 from twip.cli import main
 from twip.errors import TwipError
-from twip.lab.panels import friction, matching, panels, rest
+from twip.lab.panels import STICTION, matching, panels, rest
 from twip.lab.report import report
 from twip.lab.report import samples as samples_module
 from twip.lab.report.page import page, short_names
@@ -86,7 +86,8 @@ def test_the_robots_report_has_all_that_is_promised(tmp_path):
     assert found["Pitch"] == ["pitch", "estimate"]  # no reference was given
     assert found["Speed"] == ["speed", "estimate", "reference"]
     assert found["Voltage"] == ["left", "right", "supply", "−supply"]
-    assert {"Yaw", "Estimator error", "Sliding surfaces", "Dry friction, while sliding", "Place"} <= set(found)
+    assert {"Yaw", "Estimator error", "Sliding surfaces", "Place"} <= set(found)
+    assert not [title for title in found if "friction" in title]  # the log has none
     for words in ("steady-state error", "overshoot", "settling time", "peak voltage", "energy", "twip run robot.ssp"):
         assert words in text
     assert "plant.wheel_radius (nominal 0.05 m)" in text
@@ -143,17 +144,37 @@ def test_any_system_has_panels_by_component_and_unit(tmp_path):
     assert len(str(raised.value).splitlines()) == 2
 
 
-def test_friction_and_rest_follow_their_definitions(tmp_path):
+def test_friction_is_drawn_beside_what_is_compensated_and_its_limits(tmp_path):
+    """2.1 Ohm and 0.02 N.m/A turn 1 V of compensation into 9.52 mN.m, for a friction of the opposite sign."""
     times = np.arange(1001) / 1000.0
-    speed = np.where(times < 0.5, 0.0, np.where(times < 0.8, 2.0, -0.2))
-    limits = {"coulomb_forward": 1.0, "static_forward": 2.0, "coulomb_reverse": 0.5, "static_reverse": 1.5}
-    signals = columns(times) | {f"plant.left.{name}_limit": np.full(1001, v) for name, v in limits.items()}
-    signals |= {"plant.left.shaft_speed": speed, "plant.left.stribeck_speed_limit": np.full(1001, 0.4)}
-    log = write(tmp_path / "friction.mcap", signals, times)
-    found = friction(log, "left")
-    assert np.isnan(found[:500]).all()
-    assert found[700] == pytest.approx(-(1.0 + np.exp(-25.0)))
-    assert found[900] == pytest.approx(0.5 + np.exp(-0.25))
+    torque = np.where(times < 0.5, 3e-4, -7e-4)
+    signals = columns(times) | {
+        "plant.left.friction_torque": torque,
+        "plant.right.friction_torque": 0.0 * times,
+        "controller.left.compensation_voltage": np.where(times < 0.5, 0.0, 0.1),
+        "plant.left.static_reverse_limit": np.full(1001, 5e-4),
+    }
+    metadata = METADATA | {"start values controller": {"resistance": "2.1", "torque_constant": "0.02"}}
+    log = write(tmp_path / "friction.mcap", signals, times, metadata)
+    found = {panel.title: panel for panel in panels(log)}
+    left, right = found["Dry friction, left"], found["Dry friction, right"]
+    assert [(line.label, line.role) for line in left.lines] == [
+        ("friction", "real"), ("compensated", "estimate"), ("static forward", "limit"), ("static reverse", "limit")
+    ]  # fmt: skip
+    assert [line.label for line in right.lines] == ["friction", "static forward", "static reverse"]
+    values = {line.label: line.values[[100, 900]] for line in left.lines}
+    assert values["friction"] == pytest.approx([0.3, -0.7])
+    assert values["compensated"] == pytest.approx([0.0, -0.1 * 20.0 / 2.1])
+    assert values["static forward"] == pytest.approx([-0.7, -0.7])
+    assert values["static reverse"] == pytest.approx([0.5, 0.5])
+    assert (left.note, right.note) == (STICTION, "")
+    assert [panel["note"] for panel in payload(page([log]))["panels"] if panel["note"]] == [STICTION]
+
+
+def test_rest_is_the_share_of_a_window(tmp_path):
+    times = np.arange(1001) / 1000.0
+    signals = columns(times) | {"plant.left.shaft_speed": np.where(times < 0.5, 0.0, np.where(times < 0.8, 2.0, -0.2))}
+    log = write(tmp_path / "rest.mcap", signals, times)
     assert rest(log, "left")[[0, 400, 549, 700]] == pytest.approx([1.0, 1.0, 0.5, 0.0])
 
 

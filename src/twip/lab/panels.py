@@ -19,6 +19,13 @@ from .run_parameters import number
 
 REST_WINDOW = 0.1
 """Time over which the share of sticking is taken, in s."""
+STICTION = (
+    "Sliding, a shaft has the friction of its speed, against the motion; sticking, what keeps it at rest, within the "
+    "static limits (dotted). With both shafts and both wheels at rest the split between them is not unique: drawn is "
+    "the middle of the possible values. While the robot is held, friction counts as 0. Compensated: the friction that "
+    "the controller's share of the voltage pays for."
+)
+"""What holds of the friction drawn."""
 KINDS = ("real", "estimate", "reference")
 MOST_LINES = 6
 """Lines of one panel of an unknown system."""
@@ -44,6 +51,8 @@ class Panel:
     title: str
     unit: str
     lines: tuple[Line, ...]
+    note: str = ""
+    """What one must know to read it."""
 
 
 def panels(log: Playback, names: Sequence[str] = ()) -> list[Panel]:
@@ -141,11 +150,14 @@ def _robot(log: Playback) -> Iterator[Panel]:
     supply = np.full(len(log.times), parameter("controller", "supply_voltage"))
     limits = (Line("supply", "limit", supply), Line("−supply", "limit", -supply))
     yield Panel("Voltage", "V", (*(line(side, side, f"controller.{side}.voltage") for side in SIDES), *limits))
-    yield Panel("Dry friction, while sliding", "mN·m", tuple(Line(s, s, 1e3 * friction(log, s)) for s in SIDES))
-    yield Panel(f"Share of {REST_WINDOW:g} s at rest", "%", tuple(Line(s, s, 100.0 * rest(log, s)) for s in SIDES))
     surfaces = (line("s1 balance", "left", "controller.s1"), line("s2 yaw", "right", "controller.s2"))
     yield Panel("Sliding surfaces", "rad/s", surfaces)
     yield Panel("Place", "m", (line("x", "left", "plant.x"), line("y", "right", "plant.y")))
+    for side in SIDES:
+        if f"plant.{side}.friction_torque" in log.signals:
+            torque_per_volt = parameter("controller", "torque_constant") / parameter("controller", "resistance")
+            yield _friction(log, side, torque_per_volt)
+    yield Panel(f"Share of {REST_WINDOW:g} s at rest", "%", tuple(Line(s, s, 100.0 * rest(log, s)) for s in SIDES))
     acting: list[tuple[str, str, str, float]] = [
         ("Push", "N", "plant.push_force", 1.0),
         ("Ground slope", "°", "plant.ground_slope", angle),
@@ -156,22 +168,19 @@ def _robot(log: Playback) -> Iterator[Panel]:
             yield Panel(title, unit, (line(title.lower(), "real", name, scale),))
 
 
-def friction(log: Playback, side: str) -> Array:
-    """Return a shaft's dry friction torque in N.m where it slides, NaN where it sticks (it then lies within limits).
+def _friction(log: Playback, side: str, torque_per_volt: float) -> Panel:
+    """Return the panel of a shaft's dry friction in mN.m: what acts, what the controller pays for, the limits at rest.
 
-    T = -+(T_c + (T_s - T_c) e^-(omega/v_s)^2), against the motion, with the limits of its direction.
+    The controller's share of the voltage makes the torque K_t / R_m v_c; the friction it pays for is the opposite.
     """
-
-    def of(name: str) -> Array:
-        values: Array = log[f"plant.{side}.{name}"]
-        return values
-
-    speed, scale = of("shaft_speed"), of("stribeck_speed_limit")
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        weight = np.where(scale > 0.0, np.exp(-np.square(speed / scale)), 0.0)
-    forward = of("coulomb_forward_limit") + (of("static_forward_limit") - of("coulomb_forward_limit")) * weight
-    reverse = of("coulomb_reverse_limit") + (of("static_reverse_limit") - of("coulomb_reverse_limit")) * weight
-    return np.where(speed > 0.0, -forward, np.where(speed < 0.0, reverse, np.nan))
+    milli = 1e3
+    torque, paid = f"plant.{side}.friction_torque", f"controller.{side}.compensation_voltage"
+    lines = [Line("friction", "real", milli * log[torque], torque)]
+    if paid in log.signals:
+        lines.append(Line("compensated", "estimate", -milli * torque_per_volt * log[paid], paid))
+    for way, sign in (("forward", -1.0), ("reverse", 1.0)):
+        lines.append(Line(f"static {way}", "limit", sign * milli * log[f"plant.{side}.static_{way}_limit"]))
+    return Panel(f"Dry friction, {side}", "mN·m", tuple(lines), STICTION if side == SIDES[0] else "")
 
 
 def rest(log: Playback, side: str) -> Array:

@@ -64,7 +64,8 @@ def accelerations(
 def observe(v: Any, held: float) -> None:
     """Set what follows from the state and the present inputs: rates, ground slope, accelerations, friction torques.
 
-    While the robot is `held` (1.) nothing accelerates and no friction is counted.
+    While the robot is `held` (1.) nothing accelerates and no friction is counted. With all four contacts at rest only
+    sums of friction torques are determined; the shafts' have the middle of what is possible (`rest_impulses`).
     """
     c = constants(v)
     left = v.left_wheel_rate

@@ -92,9 +92,11 @@ def _panels(
     """Return the panels of all logs as the script takes them; those of one title and unit become one."""
     alone = len(logs) == 1
     merged: dict[tuple[str, str], list[tuple[int, int, Line]]] = {}
+    notes: dict[tuple[str, str], str] = {}
     for index, log in enumerate(logs):
         for panel in [*panels(log), *(panels(log, names) if names else [])]:
             lines = merged.setdefault((panel.title, panel.unit), [])
+            notes[panel.title, panel.unit] = panel.note
             known = {(i, line.label) for i, _, line in lines}
             lines += [(index, k, line) for k, line in enumerate(panel.lines) if (index, line.label) not in known]
     result = []
@@ -117,7 +119,7 @@ def _panels(
                     "series": samples.add(index, line.values),
                 }
             )
-        result.append({"title": title, "unit": unit, "lines": drawn})
+        result.append({"title": title, "unit": unit, "lines": drawn, "note": notes[title, unit]})
     return result
 
 

@@ -56,7 +56,7 @@ class Plots {
     this.draw();
   }
 
-  panel({title, unit, lines}, last) {
+  panel({title, unit, lines, note}, last) {
     const figure = new Bokeh.Plotting.figure({
       x_range: this.range, y_range: new Bokeh.Range1d({start: 0, end: 1}), height: last ? 156 : 140,
       sizing_mode: "stretch_width", tools: [], toolbar_location: null, output_backend: "canvas",
@@ -108,6 +108,12 @@ class Plots {
       head.append(button);
     }
     element.append(head, place);
+    if (note) {
+      const text = document.createElement("p");
+      text.className = "note";
+      text.textContent = note;
+      element.append(text);
+    }
     this.box.append(element);
     this.document.add_root(figure);
     return panel;
