@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.metadata import version
 from io import TextIOWrapper
 
+from .commands.grammar import Grammar
 from .errors import TwipError
 from .interrupts import INTERRUPTED, deferred_interrupt
 
@@ -41,9 +42,9 @@ examples:
 A balancing robot as FMI co-simulation components, the master that runs them and the logs that show them."""
 
 
-def parser(chosen: str | None = None) -> argparse.ArgumentParser:
+def parser(chosen: str | None = None) -> Grammar:
     """Return the command line's grammar, that of a command in full if it is the `chosen` one."""
-    top = argparse.ArgumentParser(
+    top = Grammar(
         "twip",
         usage="twip COMMAND [options]",
         description=DESCRIPTION,
@@ -67,7 +68,10 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         with deferred_interrupt():
             grammar = parser(words[0] if words else None)
-        arguments = grammar.parse_args(words)
+        arguments, unknown = grammar.parse_known_args(words)
+        if unknown:
+            command = Grammar(f"twip {words[0]}") if words[0] in COMMANDS else grammar
+            command.error(f"unrecognized arguments: {' '.join(unknown)}")
         arguments.words = words
         status = int(arguments.run(arguments))
         sys.stdout.flush()

@@ -22,7 +22,14 @@ def declare(parser: argparse.ArgumentParser) -> None:
     parser.description = DESCRIPTION
     parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of the robot")
     parser.add_argument(
-        "--with", dest="others", nargs="+", type=Path, default=[], metavar="LOG.mcap", help="logs to compare with"
+        "--with",
+        dest="others",
+        nargs="+",
+        action="extend",
+        type=Path,
+        default=[],
+        metavar="LOG.mcap",
+        help="logs to compare with",
     )
     parser.add_argument(
         "--apart",

@@ -40,6 +40,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--start-values",
         nargs="+",
+        action="extend",
         default=[],
         metavar=("NAME", "VALUE"),
         help="start values of component.variable, in the variable's unit; default: the system's",
@@ -47,6 +48,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameters",
         nargs="+",
+        action="extend",
         default=[],
         metavar="FILE.ssv",
         help="parameter sets with names component.variable, a later one wins; default: none",

@@ -14,6 +14,7 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mid-step",
         nargs="*",
+        action="extend",
         metavar="NAME",
         help="inputs (component.variable) that are taken at the middle of each step, none without names; "
         "default: the system's, unless --coupling is given",
@@ -21,6 +22,7 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--order",
         nargs="*",
+        action="extend",
         metavar="NAME",
         help="all components in the order of execution under gauss-seidel, none for that of their feed-through; "
         "default: the system's, unless --coupling is given",
@@ -28,6 +30,7 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--own-step",
         nargs="*",
+        action="extend",
         metavar="NAME=S",
         help="components with a step of their own in s, a whole multiple of --step-size, none without names; "
         "default: the system's",

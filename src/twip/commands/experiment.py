@@ -27,6 +27,7 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--start-values",
         nargs="+",
+        action="extend",
         default=[],
         metavar=("NAME", "VALUE"),
         help="start values of component.variable, in the variable's unit",
@@ -34,6 +35,7 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameters",
         nargs="+",
+        action="extend",
         default=[],
         metavar="FILE.ssv",
         help="parameter sets with names component.variable; a later one wins",
@@ -41,6 +43,7 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--swap",
         nargs="+",
+        action="extend",
         default=[],
         metavar="NAME=FILE.fmu",
         help="another FMU in a component's place; it must fit (docs/swapping.md)",
@@ -48,6 +51,7 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--swap-map",
         nargs="+",
+        action="extend",
         default=[],
         metavar="NAME=FILE.toml",
         help="how names and units of a swapped FMU differ from the system's; default: not at all",

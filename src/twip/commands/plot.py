@@ -29,7 +29,14 @@ def declare(parser: argparse.ArgumentParser) -> None:
         help="component.variable, * and ? stand for any text and letter; default: the usual panels",
     )
     parser.add_argument(
-        "--with", dest="others", nargs="+", type=Path, default=[], metavar="LOG.mcap", help="logs to compare with"
+        "--with",
+        dest="others",
+        nargs="+",
+        action="extend",
+        type=Path,
+        default=[],
+        metavar="LOG.mcap",
+        help="logs to compare with",
     )
     parser.add_argument("--degrees", action="store_true", help="draw the given signals in ° where the log has rad")
     parser.add_argument(

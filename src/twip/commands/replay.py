@@ -36,6 +36,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--signals",
         nargs="+",
+        action="extend",
         metavar="NAME=TOPIC.FIELD[:UNIT]",
         help="outputs and what they play, for any MCAP file; elements of arrays as x[0]; with a unit it is a Real; "
         "default: the outputs of a component",

@@ -34,6 +34,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--signals",
         nargs="+",
+        action="extend",
         default=[],
         metavar="NAME",
         help="signals (component.variable; * and ? stand for any text and letter) to plot besides the usual ones, "

@@ -60,6 +60,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--parameter-sets",
         nargs="+",
+        action="extend",
         metavar="LABEL=FILE.ssv",
         help="whole parameter sets to run everything with, several files with commas, none after = for the system as "
         "it stands; default: none",
@@ -69,12 +70,16 @@ def declare(parser: argparse.ArgumentParser) -> None:
     what.add_argument("--repeat", type=int, metavar="N", help="runs of each point, with different seeds; default: 1")
     what.add_argument("--seed", type=int, metavar="N", help="seed of the samples and of all runs' seeds; default: 1")
     what.add_argument(
-        "--seed-into", nargs="*", metavar="NAME",
+        "--seed-into", nargs="*", action="extend", metavar="NAME",
         help="variables that get each run's seed; default: every Integer parameter called seed",
     )  # fmt: skip
     every = parser.add_argument_group("every run")
-    every.add_argument("--parameters", nargs="+", metavar="FILE.ssv", help="parameter sets, as of twip run")
-    every.add_argument("--start-values", nargs="+", metavar=("NAME", "VALUE"), help="start values, as of twip run")
+    every.add_argument(
+        "--parameters", nargs="+", action="extend", metavar="FILE.ssv", help="parameter sets, as of twip run"
+    )
+    every.add_argument(
+        "--start-values", nargs="+", action="extend", metavar=("NAME", "VALUE"), help="start values, as of twip run"
+    )
     every.add_argument("--input-file", type=Path, metavar="FILE.csv", help="time series, as of twip run")
     every.add_argument("--start-time", type=float, metavar="S", help="in s; default: the system's, else 0")
     every.add_argument("--stop-time", type=float, metavar="S", help="in s; default: the system's")
@@ -84,12 +89,13 @@ def declare(parser: argparse.ArgumentParser) -> None:
     judged.add_argument(
         "--metric",
         nargs="+",
+        action="extend",
         metavar="METRIC",
         help="final:, min:, max:, peak:, mean: or rms: and a signal; FILE.py:FUNCTION of the table of a run; robot or "
         "one of its metrics; default: robot if the system has its signals",
     )
     judged.add_argument(
-        "--success", nargs="+", metavar="CONDITION",
+        "--success", nargs="+", action="extend", metavar="CONDITION",
         help="'METRIC < NUMBER' and the like, all of which a run must meet; default: 'fallen == 0' for the robot",
     )  # fmt: skip
     how = parser.add_argument_group("how it runs")
@@ -105,9 +111,15 @@ def declare(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     pictures = parser.add_argument_group("pictures, beside the Parquet file")
     pictures.add_argument(
-        "--map", nargs="+", metavar="X Y [METRIC]", help="a metric, else the share that passes, over two axes"
+        "--map",
+        nargs="+",
+        action="extend",
+        metavar="X Y [METRIC]",
+        help="a metric, else the share that passes, over two axes",
     )
-    pictures.add_argument("--rate", nargs="+", metavar="X", help="share that passes along axes, with 95 %% intervals")
+    pictures.add_argument(
+        "--rate", nargs="+", action="extend", metavar="X", help="share that passes along axes, with 95 %% intervals"
+    )
     pictures.add_argument("--sensitivity", metavar="METRIC", help="how much a metric, or success, depends on each axis")
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text, for scripts")
     parser.set_defaults(run=run)
