@@ -14,7 +14,10 @@ STANDARD = set(sys.stdlib_module_names)
 
 ALLOWED = {
     "robot": {"twip.robot"},
-    "fmi": {"twip.fmi", "twip.robot", "twip.errors", "pythonfmu", "pythonfmu3", "fmpy", "lxml", "markdown_it"},
+    "fmi": {
+        *("twip.fmi", "twip.robot", "twip.errors", "twip.outputs"),
+        *("pythonfmu", "pythonfmu3", "fmpy", "lxml", "markdown_it"),
+    },
     "cosim": {
         *("twip.cosim", "twip.errors", "twip.interrupts"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),

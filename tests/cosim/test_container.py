@@ -274,3 +274,18 @@ def test_the_fmpy_cli_takes_start_values_and_inputs(robot, built, tmp_path):
     with output.open(encoding="utf-8", newline="") as file:
         names, first, *_ = csv.reader(file)
     assert float(first[names.index("plant.pitch")]) == 0.1
+
+
+def test_the_command_tells_losses_as_warnings_and_what_it_cannot_write_in_one_line(folder, capsys):
+    later = '<ssd:DefaultExperiment startTime="1" stopTime="2"/>'
+    ssd = write(folder, system([component("a", GAIN, "u> y<")]), tail=later)
+    (folder / "file").write_text("in the folder's place")
+    words = ["container", str(ssd), "--step-size", "0.01", "--output-file"]
+    assert main([*words, str(folder / "a.fmu")]) == 0
+    assert capsys.readouterr().err == ("twip: warning: not as in the system: the proposed start time is 0 s, not 1 s\n")
+    for output, told in (
+        (folder / "file" / "a.fmu", f"{folder / 'file'}: cannot be written: File exists"),
+        (folder / "a", f"{folder / 'a'}: the ending must be .fmu"),
+    ):
+        assert main([*words, str(output)]) == 1
+        assert capsys.readouterr().err == f"twip: {told}\n"

@@ -160,3 +160,17 @@ def test_the_fmu_carries_its_record_and_terms(steps):
         names = archive.namelist()
     assert sum(name.endswith("/record.bin") for name in names) == 1
     assert "documentation/licenses/twip.txt" in names
+
+
+def test_the_command_tells_in_one_line_what_it_cannot_write(folder, tmp_path, capsys):
+    log = recorded(write(folder, system([component("a", "CosimGain.fmu", "u> y<")]), tail=TAIL),
+                   tmp_path / "log.mcap", step_size=0.5)  # fmt: skip
+    (tmp_path / "file").write_text("in the folder's place")
+    (tmp_path / "taken.fmu").mkdir()
+    for output, told in (
+        (tmp_path / "file" / "a.fmu", f"{tmp_path / 'file'}: cannot be written: File exists"),
+        (tmp_path / "taken.fmu", f"{tmp_path / 'taken.fmu'}: cannot be written: Is a directory"),
+        (tmp_path / "a", f"{tmp_path / 'a'}: the ending must be .fmu"),
+    ):
+        assert main(["replay", str(log), "--as", str(output), "--component", "a"]) == 1
+        assert capsys.readouterr().err == f"twip: {told}\n"

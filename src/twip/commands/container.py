@@ -7,6 +7,7 @@ from pathlib import Path
 from ..cosim import load
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
+from ..lab.endings import check_ending
 from .experiment import pairs
 from .paths import refuse_clashes
 from .terminal import print_rows
@@ -61,10 +62,11 @@ def run(arguments: argparse.Namespace) -> int:
     version = next(v for v in FMI_VERSIONS if v.startswith(arguments.fmi))
     output = arguments.output_file or Path(default_name(Path(arguments.ssp).stem, version))
     reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
+    check_ending(output, [".fmu"])
     refuse_clashes(reads, {"--output-file": output})
     with load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
         for difference in pack(system, version, output, arguments.step_size):
-            print(f"twip: not as in the system: {difference}", file=sys.stderr)
+            print(f"twip: warning: not as in the system: {difference}", file=sys.stderr)
     print_rows(("container", output))
     return 0
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..cosim.playback import ForeignLogError
 from ..errors import TwipError, clear
+from ..lab.endings import check_ending
 from ..lab.recordings import open_log
 from ..lab.replay import replay
 from ..lab.replay_signals import replay_signals
@@ -59,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     output = arguments.output
     if output is None:
         raise TwipError("--as FILE.fmu must say where the FMU goes")
+    check_ending(output, [".fmu"])
     refuse_clashes([("log", arguments.log)], {"--as": output})
     if arguments.signals:
         replay_signals(arguments.log, arguments.signals, output, arguments.linear)
@@ -71,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
                 f" {open_log(arguments.log).overview()}"
             ) from None
         for missing in left_out:
-            print(f"twip: left out: {missing}", file=sys.stderr)
+            print(f"twip: warning: left out: {missing}", file=sys.stderr)
     print_rows(("replay", output))
     return 0
 
@@ -83,7 +85,7 @@ def _list(path: Path) -> int:
         try:
             names = log.fields(topic)
         except TwipError as error:
-            print(f"twip: left out: {error}", file=sys.stderr)
+            print(f"twip: warning: left out: {error}", file=sys.stderr)
             continue
         print(clear(f"{topic} ({log.count(topic)} messages{'' if names else ', no numbers'})"))
         for name in names:

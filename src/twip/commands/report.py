@@ -26,7 +26,11 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
     parser.add_argument(
-        "logs", nargs="+", type=Path, metavar="LOG.mcap", help="logs of twip, or one RESULTS.parquet of a sweep"
+        "logs",
+        nargs="+",
+        type=Path,
+        metavar="LOG.mcap or SWEEP.parquet",
+        help="logs of twip, or the results of one sweep",
     )
     parser.add_argument(
         "--out", type=Path, metavar="FILE.html", help="default: beside the first log, with the ending .html"

@@ -5,6 +5,9 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from ..errors import TwipError
+from ..outputs import make_writable
+
 TIME = (1980, 1, 1, 0, 0, 0)
 """Modification time of every entry: the earliest that the format knows."""
 
@@ -13,9 +16,9 @@ def write_archive(path: Path, files: Mapping[str, bytes], first: str) -> None:
     """Write `files` (name in the archive → content) to `path`, `first` in front, the others sorted.
 
     Entries are stored, since compressors differ between zlib versions; times and permissions are fixed. The file
-    appears whole or not at all.
+    appears whole or not at all. Raises TwipError when it cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_writable(path.parent)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_STORED) as archive:
@@ -25,5 +28,7 @@ def write_archive(path: Path, files: Mapping[str, bytes], first: str) -> None:
                 entry.external_attr = 0o100644 << 16
                 archive.writestr(entry, files[name])
         os.replace(unfinished, path)
+    except OSError as error:
+        raise TwipError(f"{path}: cannot be written: {error.strerror}") from None
     finally:
         unfinished.unlink(missing_ok=True)

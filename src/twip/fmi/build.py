@@ -4,12 +4,12 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..errors import TwipError
+from ..outputs import make_writable
 from .blocks import PACKAGE, block_folders, source_root
 from .ssp_package import needed_fmus, package_system, system_folders
 
@@ -68,12 +68,7 @@ def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None], 
     Each in a process of its own, as many at a time as there are processors.
     """
     for folder in {output.parent for _, output in jobs}:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        except OSError as error:
-            raise TwipError(f"{folder}: cannot be written: {error.strerror}") from None
+        make_writable(folder)
     with ThreadPoolExecutor(max_workers=min(len(jobs), os.cpu_count() or 1) or 1) as pool:
         problems = []
         for (_, output), problem in zip(
@@ -108,5 +103,8 @@ def _copy_loose(source: Path, target: Path) -> None:
     for path in sorted(source.rglob("*")):
         if path.suffix in LOOSE and not systems & set(path.parents):
             copy = target / path.relative_to(source)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, copy)
+            make_writable(copy.parent)
+            try:
+                shutil.copyfile(path, copy)
+            except OSError as error:
+                raise TwipError(f"{copy}: cannot be written: {error.strerror}") from None
