@@ -52,7 +52,11 @@ def test_the_guides_example_balances_as_printed(followed):
     assert [line.split()[0] for line in printed.splitlines()] == ["ours.mcap", "pid.mcap"]
     for line in printed.splitlines():
         assert float(line.split()[1]) < np.radians(1.0)
-    assert (folder / "compared.html").stat().st_size > 10_000
+    page = (folder / "compared.html").read_text(encoding="utf-8")
+    for name in ("ours", "pid"):
+        assert f"{name}: balanced: " in page
+        assert f'"pitch, {name}"' in page
+        assert f'"left, {name}"' in page
     log = read(folder / "pid.mcap")
     assert np.array_equal(log[VOLTAGES[0]], log[VOLTAGES[1]])
     assert max(log[VOLTAGES[0]]) == 12.0

@@ -7,7 +7,7 @@ import numpy as np
 from twip.cosim.log import McapLog
 from twip.cosim.playback import read
 from twip.cosim.record import Channel, Signal
-from twip.lab.metrics import REQUIRED
+from twip.lab.metrics import BLOCKS, REQUIRED
 
 UNITS = {
     "pitch": "rad", "yaw": "rad", "x": "m", "y": "m", "voltage": "V", "current": "A", "wheel_angle": "rad",
@@ -29,7 +29,7 @@ def pitch(times):
 def columns(times, **given):
     """Return the robot's signals over `times`; `given` replaces some, dots as double underscores."""
     zero = np.zeros_like(times)
-    found = dict.fromkeys(REQUIRED, zero)
+    found = dict.fromkeys((*REQUIRED, *BLOCKS), zero)
     lean = pitch(times)
     found |= {
         "plant.pitch": lean,
@@ -42,6 +42,7 @@ def columns(times, **given):
         "plant.left.shaft_speed": np.where(times < 0.5, 0.0, np.cos(times)),
         "plant.left.coulomb_forward_limit": zero + 7e-4,
         "plant.left.static_forward_limit": zero + 7e-4,
+        "left.voltage": 3.0 * np.sin(5.0 * times),
         "controller.left.voltage": 3.0 * np.sin(5.0 * times),
     }
     return found | {name.replace("__", "."): values for name, values in given.items()}

@@ -26,7 +26,7 @@ from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 from twip.lab import live
 from twip.lab.live import LiveView
-from twip.lab.metrics import REQUIRED
+from twip.lab.metrics import BLOCKS, REQUIRED
 from twip.lab.teleop import DURATION, FORCE, PUSH, SPEED, SPEED_LIMIT, SPEED_STEP, YAW, Teleop
 
 ROOT = Path(__file__).parents[2]
@@ -239,7 +239,7 @@ def test_foxglove_gets_rows_poses_and_shapes_and_sets_inputs():
 def test_the_foxglove_layout_names_what_the_log_has():
     layout = json.loads((ROOT / "docs" / "foxglove_layout.json").read_text(encoding="utf-8"))
     text = json.dumps(layout)
-    signals = {f"/{name}" for name in REQUIRED}
+    signals = {f"/{name}" for name in (*REQUIRED, *BLOCKS)}
     for path in re.findall(r'"value": "([^"]+)"', text):
         assert path.removesuffix(".@degrees") in signals, path
     panels = set(re.findall(r'"(?:first|second)": "([^"]+)"', text))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twip.errors import TwipError
-from twip.lab.metrics import METRICS, REQUIRED, is_robot, judge, measure
+from twip.lab.metrics import BLOCKS, METRICS, REQUIRED, is_robot, judge, measure
 
 HELD, DECAY, START = 1.0, 0.2, radians(20.0)
 
@@ -32,9 +32,9 @@ def record(final=0.0, swing=0.0):
     pitch = final + (START - final) * np.exp(-since / DECAY) - swing * np.exp(-(((times - 2.0) / 0.05) ** 2))
     pitch[times <= HELD] = START
     zero, volts = np.zeros_like(times), np.where(times < 5.0, 3.0, -4.0)
-    found = Columns.fromkeys(REQUIRED, zero)
+    found = Columns.fromkeys((*REQUIRED, *BLOCKS), zero)
     found.update({"plant.pitch": pitch, "plant.pitch_rate": np.where(times > HELD, -1.0, 0.0)})
-    found.update({"controller.left.voltage": volts, "left.voltage": volts, "right.voltage": zero})
+    found.update({"left.voltage": volts, "right.voltage": zero})
     found.update({"left.current": zero + 0.5, "estimator.pitch": pitch + np.where(times >= HELD, 0.01, 0.5)})
     return found
 
@@ -140,3 +140,18 @@ def test_no_rows_and_no_robot():
     assert is_robot(record())
     assert not is_robot(["plant.pitch"])
     assert set(measure(record())) == set(METRICS)
+
+
+def test_another_controller_or_estimator_is_judged_too():
+    """Only what needs the estimator's pitch cannot be told without it."""
+    whole, bare = record(), record()
+    for name in BLOCKS:
+        del bare[name]
+    assert is_robot(list(bare))
+    assert judge(bare).sentence() == judge(whole).sentence()
+    ours, theirs = measure(whole), measure(bare)
+    assert [name for name, value in theirs.items() if isnan(value)] == ["estimator_error"]
+    assert {name: ours[name] for name in theirs if name != "estimator_error"} == {
+        name: value for name, value in theirs.items() if name != "estimator_error"
+    }
+    assert judge(bare).text("estimator_error") == "–"

@@ -237,3 +237,33 @@ def test_radians_become_degrees(tmp_path):
     pitch = panels(robot_log(tmp_path / "robot.mcap", 0.1))[0]
     assert (pitch.unit, pitch.lines[0].values[0]) == ("°", pytest.approx(20.0))
     assert radians(pitch.lines[0].values[0]) == pytest.approx(0.3490658504)
+
+
+def test_a_robot_with_another_controller_is_compared_in_the_robots_panels(tmp_path):
+    ours = robot_log(tmp_path / "ours.mcap")
+    signals = {name: values for name, values in ours.signals.items() if not name.startswith("controller.")}
+    theirs = write(tmp_path / "pid.mcap", signals | {"controller.u": signals["left.voltage"]}, ours.times)
+    text = page([ours, theirs])
+    found = {panel["title"]: [line["label"] for line in panel["lines"]] for panel in payload(text)["panels"]}
+    assert found["Pitch"] == ["pitch, ours", "pitch, pid", "estimate, ours", "estimate, pid"]
+    assert {"left, ours", "left, pid"} <= set(found["Voltage"])
+    assert found["Sliding surfaces"] == ["s1 balance, ours", "s2 yaw, ours"]
+    assert "controller" not in found
+    assert len(payload(text)["robots"]) == 2
+    assert text.count("stands") + text.count("balanced: |pitch|") >= 2
+    bare = write(
+        tmp_path / "bare.mcap", {n: v for n, v in signals.items() if not n.startswith("estimator.")}, ours.times
+    )
+    titles = {panel["title"]: len(panel["lines"]) for panel in payload(page([bare]))["panels"]}
+    assert titles["Pitch"] == 1
+    assert not {"Estimator error", "Sliding surfaces"} & set(titles)
+
+
+def test_the_json_of_a_robot_with_another_controller_has_metrics(tmp_path, capsys):
+    ours = robot_log(tmp_path / "ours.mcap")
+    kept = {n: v for n, v in ours.signals.items() if not n.startswith(("controller.", "estimator."))}
+    log = write(tmp_path / "pid.mcap", kept, ours.times)
+    assert main(["report", str(log.path), "--json"]) == 0
+    (metrics,) = json.loads(capsys.readouterr().out)["metrics"].values()
+    assert metrics["peak_voltage"] == pytest.approx(3.0, rel=1e-3)
+    assert metrics["estimator_error"] is None

@@ -10,14 +10,14 @@ from twip.cli import main
 from twip.cosim.playback import read
 from twip.errors import TwipError
 from twip.lab import rerun_view
-from twip.lab.metrics import REQUIRED
+from twip.lab.metrics import BLOCKS, REQUIRED
 from twip.lab.rerun_view import Place, places, recording, rerun
 
 
 def test_places_follow_the_logs_own_table(tmp_path):
     log = robot_log(tmp_path / "robot.mcap", 0.1)
     found = places(log)
-    assert set(found) == set(REQUIRED)
+    assert set(found) == {*REQUIRED, *BLOCKS}
     assert found["plant.pitch"] == Place("/plant", "twip.plant:message", "pitch")
     assert found["controller.left.voltage"] == Place("/controller", "twip.controller:message", "left_voltage")
 

@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 from twip.errors import TwipError
+from twip.lab.metrics import METRICS, REQUIRED
 from twip.lab.sweep.axis import Axis, Distribution
 from twip.lab.sweep.design import run_seed, unit_points
 from twip.lab.sweep.keep import Keep
@@ -302,3 +303,9 @@ def test_one_name_or_file_may_stand_alone():
     plan = Plan(Path("s.ssp"), parameters="p.ssv", metrics="fallen", success="fallen == 0", seed_names="imu.seed")
     assert (plan.parameters, plan.metrics, plan.success) == ((Path("p.ssv"),), ("fallen",), ("fallen == 0",))
     assert plan.seed_names == ("imu.seed",)
+
+
+def test_a_robot_without_estimator_is_judged_but_for_the_estimators_error():
+    assert set(Judge((), (), REQUIRED).names) == {"fallen", *METRICS}
+    with pytest.raises(TwipError, match=r"metric estimator_error: the system has no signal estimator\.pitch"):
+        Judge(("estimator_error",), (), REQUIRED)

@@ -62,6 +62,10 @@ class Playback:
         """Whether the rows go on from a checkpoint: the first one is later than the run's start."""
         return bool(len(self.times)) and float(self.times[0]) > self.start_time
 
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a signal of this name."""
+        return name in self.signals
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of `component.variable`; raises TwipError that names the nearest ones."""
         if name not in self.signals:

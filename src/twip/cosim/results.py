@@ -80,6 +80,10 @@ class Table:
             array[name] = self[name] if i in self._texts else values[:, i]
         return array
 
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a column of this name."""
+        return name in self._index
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of a column (rows,): float64, or the texts of a String. Raises `TwipError`."""
         if name not in self._index:
@@ -140,6 +144,10 @@ class Result:
     def continued(self) -> bool:
         """Whether the rows go on from a checkpoint instead of the run's start."""
         return self._kept.continued
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a signal of this name."""
+        return name in self._kept
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of `component.variable`, (rows,)."""

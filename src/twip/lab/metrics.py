@@ -32,11 +32,14 @@ REQUIRED = (
     *(f"plant.{side}.{limit}_limit" for side in SIDES for limit in ("coulomb_forward", "coulomb_reverse")),
     *(f"plant.{side}.{limit}_limit" for side in SIDES for limit in ("static_forward", "static_reverse")),
     *(f"{side}.{name}" for side in SIDES for name in ("voltage", "current")),
+)
+"""Signals that a record of the robot has, those of plant and motors; without them it is of another system."""
+BLOCKS = (
     *("estimator.pitch", "estimator.wheel_rate", "estimator.yaw"),
     *("controller.left.voltage", "controller.right.voltage", "controller.s1", "controller.s2"),
     *("controller.pitch_reference", "controller.speed_reference", "controller.yaw_reference"),
 )
-"""Signals that a record of the robot has; without them it is of another system."""
+"""Signals of the blocks that others may stand for: what is drawn or computed of them is left out where they lack."""
 
 
 class Record(Protocol):
@@ -50,12 +53,15 @@ class Record(Protocol):
     def continued(self) -> bool:
         """Whether the record goes on from a checkpoint instead of the run's start."""
 
+    def __contains__(self, name: object) -> bool:
+        """Whether the record has a signal of this name."""
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Values of `component.variable`, (rows,)."""
 
 
 def is_robot(names: Mapping[str, object] | list[str]) -> bool:
-    """Tell whether the signals of a record, by these names, are those of the robot."""
+    """Tell whether the signals of a record, by these names, are those of the robot, whatever controls it."""
     return all(name in names for name in REQUIRED)
 
 
@@ -128,7 +134,7 @@ def pitch_settling_time(record: Record) -> float:
 
 def peak_voltage(record: Record) -> float:
     """Return the largest magnitude of a motor's voltage, in V."""
-    return float(max(np.max(np.abs(record[f"controller.{side}.voltage"])) for side in ("left", "right")))
+    return float(max(np.max(np.abs(record[f"{side}.voltage"])) for side in SIDES))
 
 
 def energy(record: Record) -> float:
@@ -137,7 +143,7 @@ def energy(record: Record) -> float:
     The integral of voltage times current; a row holds the voltage of the step that ended there.
     """
     step = np.diff(record.times)
-    power = sum(record[f"{side}.voltage"] * record[f"{side}.current"] for side in ("left", "right"))
+    power = sum(record[f"{side}.voltage"] * record[f"{side}.current"] for side in SIDES)
     return float(np.sum(power[1:] * step))
 
 
@@ -166,6 +172,8 @@ class Metric:
     digits: int = 2
     infinite: str = "never"
     """What an infinite value means."""
+    needs: tuple[str, ...] = ()
+    """Signals beyond `REQUIRED` without which it is nan."""
 
     def text(self, value: float) -> str:
         """Return a value as people read it, with its unit."""
@@ -179,8 +187,8 @@ class Metric:
         return f"{number}°" if unit == "deg" else f"{number} {unit}"
 
 
-def _angle(label: str, of: Callable[[Record], float]) -> Metric:
-    return Metric(label, "rad", of, "deg", degrees(1.0))
+def _angle(label: str, of: Callable[[Record], float], needs: tuple[str, ...] = ()) -> Metric:
+    return Metric(label, "rad", of, "deg", degrees(1.0), needs=needs)
 
 
 METRICS: dict[str, Metric] = {
@@ -193,16 +201,22 @@ METRICS: dict[str, Metric] = {
     "settling_time": Metric("settling time", "s", pitch_settling_time, infinite="not reached"),
     "peak_voltage": Metric("peak voltage", "V", peak_voltage),
     "energy": Metric("energy", "J", energy),
-    "estimator_error": _angle("estimator error", estimator_error),
+    "estimator_error": _angle("estimator error", estimator_error, ("estimator.pitch",)),
 }
 """Every metric of a run by name."""
 
 
 def measure(record: Record) -> dict[str, float]:
-    """Return every metric of a record by its name, in its unit; raises TwipError where rows or a signal are missing."""
+    """Return every metric of a record by its name, in its unit; nan where a signal that it `needs` is missing.
+
+    Raises TwipError where rows or a signal of `REQUIRED` are missing.
+    """
     if not len(record.times):
         raise TwipError("the record has no rows to judge")
-    return {name: metric.of(record) for name, metric in METRICS.items()}
+    return {
+        name: metric.of(record) if all(signal in record for signal in metric.needs) else nan
+        for name, metric in METRICS.items()
+    }
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,7 @@ def _of_signals(log: Playback, names: Iterable[str]) -> list[Panel]:
 
 
 def _robot(log: Playback) -> Iterator[Panel]:
-    """Yield the robot's panels."""
+    """Yield the robot's panels; what a block has not put out that stands for one of the robot's is left out."""
 
     def line(label: str, role: str, name: str, scale: float = 1.0) -> Line:
         return Line(label, role, scale * log[name], name)
@@ -134,7 +134,8 @@ def _robot(log: Playback) -> Iterator[Panel]:
     def three(title: str, unit: str, *of: tuple[str, float]) -> Panel:
         """Return the panel of a real quantity, its estimate and its reference, each a signal and its factor."""
         kinds = zip((title.lower(), "estimate", "reference"), KINDS, of, strict=True)
-        return Panel(title, unit, tuple(line(label, role, *signal) for label, role, signal in kinds))
+        known = (line(label, role, *signal) for label, role, signal in kinds if signal[0] in log)
+        return Panel(title, unit, tuple(known))
 
     def parameter(component: str, name: str) -> float:
         return number(log.metadata, component, name, str(log.path))
@@ -142,16 +143,18 @@ def _robot(log: Playback) -> Iterator[Panel]:
     angle, radius = degrees(1.0), parameter("plant", "wheel_radius")
     pitch = (("plant.pitch", angle), ("estimator.pitch", angle), ("controller.pitch_reference", angle))
     yield three("Pitch", "°", *pitch)
-    error = angle * (log["estimator.pitch"] - log["plant.pitch"])
-    yield Panel("Estimator error", "°", (Line("estimate − pitch", "estimate", error),))
+    if "estimator.pitch" in log:
+        error = angle * (log["estimator.pitch"] - log["plant.pitch"])
+        yield Panel("Estimator error", "°", (Line("estimate − pitch", "estimate", error),))
     speed = (("plant.wheel_rate", radius), ("estimator.wheel_rate", radius), ("controller.speed_reference", 1.0))
     yield three("Speed", "m/s", *speed)
     yield three("Yaw", "°", ("plant.yaw", angle), ("estimator.yaw", angle), ("controller.yaw_reference", angle))
     supply = np.full(len(log.times), parameter("controller", "supply_voltage"))
     limits = (Line("supply", "limit", supply), Line("−supply", "limit", -supply))
-    yield Panel("Voltage", "V", (*(line(side, side, f"controller.{side}.voltage") for side in SIDES), *limits))
-    surfaces = (line("s1 balance", "left", "controller.s1"), line("s2 yaw", "right", "controller.s2"))
-    yield Panel("Sliding surfaces", "rad/s", surfaces)
+    yield Panel("Voltage", "V", (*(line(side, side, f"{side}.voltage") for side in SIDES), *limits))
+    surfaces = (("s1 balance", "left", "controller.s1"), ("s2 yaw", "right", "controller.s2"))
+    if known := tuple(line(*surface) for surface in surfaces if surface[-1] in log):
+        yield Panel("Sliding surfaces", "rad/s", known)
     yield Panel("Place", "m", (line("x", "left", "plant.x"), line("y", "right", "plant.y")))
     for side in SIDES:
         if f"plant.{side}.friction_torque" in log.signals:
