@@ -54,7 +54,7 @@ def check(capsys, *words):
 def test_a_system_is_described_whole(path, capsys):
     status, said, wrong = check(capsys, path, "--step-size", 0.25)
     assert (status, wrong) == (0, [])
-    fmu = "g.fmu, FMI 2.0, 1 inputs, 2 outputs, 1 parameters, by PythonFMU"
+    fmu = "g.fmu, FMI 2.0, 1 input, 2 outputs, 1 parameter, by PythonFMU"
     found = {line[:19].strip(): line[20:] for line in said if not line.startswith("  ")}
     assert found["system"] == "test (SystemStructure.ssd), 13 recorded variables"
     assert found["time"] == "0 s to 1 s, 4 steps of 0.25 s"

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from identification_motor import KT, friction, weight
+from printed_friction import corrected_stribeck, printed_parameters, printed_stribeck
 from scipy.optimize import curve_fit
 
 from twip.lab.identification.friction import balance
-from twip.lab.identification.printed import corrected_stribeck, printed_parameters, printed_stribeck
 from twip.lab.identification.steady import SteadySamples
 from twip.lab.identification.stribeck import fit_friction
 

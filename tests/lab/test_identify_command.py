@@ -86,8 +86,8 @@ def campaign(tmp_path_factory):
     folder = tmp_path_factory.mktemp("campaign")
     output = io.StringIO()
     with contextlib.chdir(folder), contextlib.redirect_stdout(output):
-        status = twip("--bench", "bench")
-    return folder / "bench", output.getvalue(), status
+        status = twip("--bench", "logs/bench")
+    return folder / "logs" / "bench", output.getvalue(), status
 
 
 def test_the_circle_closes(campaign):
@@ -135,7 +135,7 @@ def test_the_robot_and_the_bench_take_the_result(campaign, built):
 
 
 def test_the_documentation_shows_what_the_command_prints(campaign):
-    shown = DOCUMENT.read_text(encoding="utf-8").split("    $ twip identify --bench bench\n")[1]
+    shown = DOCUMENT.read_text(encoding="utf-8").split("    $ twip identify --bench logs/bench\n")[1]
     block = [line.removeprefix("    ") for line in shown.split("\n\nThe simulated robot")[0].splitlines()]
     assert [line.rstrip() for line in block] == [line.rstrip() for line in campaign[1].splitlines()]
 

@@ -16,7 +16,7 @@ examples:
   twip view logs/twip.mcap --out twip.rrd
   twip view logs/twip.mcap --with logs/pid.mcap --apart 0.4
 
-Look at a log in Rerun: the robot in 3D beside plots. Needs pip install 'twip[view]'.
+Look at a log in Rerun: the robot in 3D beside plots. Needs pip install -e '.[view]'.
 Rerun listens on 127.0.0.1 only."""
 
 

@@ -9,6 +9,7 @@ import fmpy.validation
 from .coupling import Coupling
 from .experiment import TimeGrid
 from .fmu import Fmu, Variable
+from .plural import counted
 from .scenario import Scenario
 from .schedule import make_schedule
 from .ssb import SignalDictionary
@@ -90,8 +91,8 @@ def unconnected(system: System, driven: set[int]) -> list[tuple[str, str]]:
 
 def brief(fmu: Fmu) -> str:
     """Return an FMU in one line."""
-    counts = [f"{len(fmu.ports(kind))} {kind}s" for kind in ("input", "output")]
-    counts.append(f"{sum(v.causality == 'parameter' for v in fmu.variables.values())} parameters")
+    counts = [counted(len(fmu.ports(kind)), kind) for kind in ("input", "output")]
+    counts.append(counted(sum(v.causality == "parameter" for v in fmu.variables.values()), "parameter"))
     return f"{fmu.name}, FMI {fmu.fmi_version}, {', '.join(counts)}" + (
         f", by {tool}" if (tool := fmu.generation_tool) else ""
     )
@@ -137,7 +138,7 @@ def departures(system: System) -> list[str]:
 def set_overview(name: str, parameters: ParameterSet) -> list[Section]:
     """Say what a parameter set holds."""
     lines = [(p.name, f"{p.text}{f' {p.unit}' if p.unit else ''} ({p.type})") for p in parameters.parameters]
-    return [Section("parameter set", f"{name}, {len(lines)} parameters", lines)]
+    return [Section("parameter set", f"{name}, {counted(len(lines), 'parameter')}", lines)]
 
 
 def mapping_overview(name: str, mapping: ParameterMapping) -> list[Section]:

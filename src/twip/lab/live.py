@@ -43,7 +43,7 @@ class LiveView:
     ) -> None:
         """Listen; raises TwipError without foxglove-sdk, or where the port cannot be had."""
         if find_spec("foxglove") is None:
-            raise TwipError("foxglove-sdk is not installed: pip install 'twip[view]'")
+            raise TwipError("foxglove-sdk is not installed: pip install -e '.[view]'")
         foxglove: Any = import_module("foxglove")
         websocket: Any = import_module("foxglove.websocket")
         recorded = [c for c in channels if c.signals and all(s.type != "String" for s in c.signals)]

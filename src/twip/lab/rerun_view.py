@@ -114,7 +114,7 @@ def rerun() -> str:
     beside = shutil.which("rerun", path=str(Path(sys.executable).parent))
     program = beside or shutil.which("rerun")
     if program is None or find_spec("rerun") is None:
-        raise TwipError("Rerun is not installed: pip install 'twip[view]'")
+        raise TwipError("Rerun is not installed: pip install -e '.[view]'")
     return program
 
 

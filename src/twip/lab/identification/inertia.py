@@ -42,12 +42,10 @@ def run_up_curve(t: Array, a: float, b: float) -> Array:
 
 @dataclass(frozen=True)
 class CurveFit:
-    """Paper's fit of a run-up: final speed `a` [rad/s], `b` [1/s] and their standard errors."""
+    """Paper's fit of a run-up: final speed `a` [rad/s] and `b` [1/s]."""
 
     a: float
     b: float
-    a_error: float
-    b_error: float
 
     def inertia(self, viscous: float) -> float:
         """Return J = sigma/b [kg.m2], sigma in N.m.s/rad; paper eq (11)."""
@@ -57,8 +55,8 @@ class CurveFit:
 def fit_curve(t: Array, speed: Array) -> CurveFit:
     """Fit omega = a (1 - e^-bt) to speeds [rad/s] at times [s] since the current was switched on (paper, Fig 4)."""
     start = (float(speed[-1]), 3.0 / float(t[-1]))
-    (a, b), covariance = curve_fit(run_up_curve, t, speed, p0=start)
-    return CurveFit(float(a), float(b), float(np.sqrt(covariance[0, 0])), float(np.sqrt(covariance[1, 1])))
+    (a, b), _ = curve_fit(run_up_curve, t, speed, p0=start)
+    return CurveFit(float(a), float(b))
 
 
 @dataclass(frozen=True)

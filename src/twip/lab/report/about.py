@@ -8,6 +8,7 @@ from ...cosim.playback import Playback
 from ..metrics import METRICS, Verdict
 from ..remarks import cut_off, remarks
 from ..run_parameters import given
+from .messages import level_counts
 
 NOTHING = "–"
 Cell = str | None
@@ -110,10 +111,7 @@ def _span(log: Playback) -> str:
 
 
 def _messages(log: Playback) -> str:
-    counts: dict[str, int] = {}
-    for event in log.events:
-        counts[event.level] = counts.get(event.level, 0) + 1
-    return ", ".join(f"{count} {level}" for level, count in counts.items()) or "none"
+    return level_counts((event.level, 1) for event in log.events) or "none"
 
 
 def _short(text: str) -> str:

@@ -1,11 +1,12 @@
 """The messages of components and of the master in a report: equal ones once, the gravest kept where they are many."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
 from ...cosim.log_event import LEVELS
 from ...cosim.playback import Playback
+from ...cosim.plural import counted
 
 MOST_MESSAGES = 100
 """Different messages of a log that are shown."""
@@ -47,7 +48,8 @@ def messages_table(labels: Sequence[str], logs: Sequence[Playback]) -> str:
             one = said[i]
             lines.append(_line([*name, _when(one), one.level, one.source, _shortened(one.text)], one.level))
         if left := [said[i] for i in gravest[MOST_MESSAGES:]]:
-            lines.append(_line([*name, "", "", "", f"… and {_counts(left)} more, in the log"], ""))
+            counts = level_counts((one.level, one.count) for one in left)
+            lines.append(_line([*name, "", "", "", f"… and {counts} more, in the log"], ""))
     if not lines:
         return ""
     names = [*(["log"] if len(logs) > 1 else []), "time", "level", "source", "message"]
@@ -55,11 +57,15 @@ def messages_table(labels: Sequence[str], logs: Sequence[Playback]) -> str:
     return f'<h2>Messages</h2><table class="messages">{head}<tbody>{"".join(lines)}</tbody></table>'
 
 
-def _counts(said: Sequence[Said]) -> str:
-    counts = dict.fromkeys((one.level for one in said), 0)
-    for one in said:
-        counts[one.level] += one.count
-    return ", ".join(f"{count} {level}" for level, count in counts.items())
+def level_counts(said: Iterable[tuple[str, int]]) -> str:
+    """Return how many messages there are of each level in words, of levels and numbers of messages."""
+    counts: dict[str, int] = {}
+    for level, count in said:
+        counts[level] = counts.get(level, 0) + count
+    return ", ".join(
+        counted(count, level) if level in ("warning", "error") else f"{count} {level}"
+        for level, count in counts.items()
+    )
 
 
 def _line(cells: Sequence[str], level: str) -> str:

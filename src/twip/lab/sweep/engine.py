@@ -148,7 +148,7 @@ def _optional(name: str, extra: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise TwipError(f"this needs {name}, which comes with pip install 'twip[{extra}]'") from None
+        raise TwipError(f"this needs {name}, which comes with pip install -e '.[{extra}]'") from None
 
 
 def _failures(cluster: bool) -> tuple[type[BaseException], ...]:

@@ -36,7 +36,7 @@ def arrow(name: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise TwipError("sweeps need pyarrow and joblib, which come with pip install 'twip[sweep]'") from None
+        raise TwipError("sweeps need pyarrow and joblib, which come with pip install -e '.[sweep]'") from None
 
 
 def write(
