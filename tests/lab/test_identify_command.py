@@ -3,6 +3,7 @@
 import contextlib
 import io
 import re
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,12 @@ import pytest
 from identification_motor import Motor
 
 from twip.cli import parser
-from twip.cosim import load
+from twip.cosim import load, simulate
 from twip.cosim.playback import read
 from twip.errors import TwipError
+from twip.lab.identification import experiments
 from twip.lab.identification.campaign import different_motor, with_both_ways
-from twip.lab.identification.experiments import staircase
+from twip.lab.identification.experiments import Bench, motor_values, staircase
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "identification.md"
 MOTOR = Motor()
@@ -146,3 +148,13 @@ def test_the_documentation_names_every_option():
     for action in command._actions:
         if action.option_strings and action.dest != "help":
             assert action.option_strings[-1] in text, action.option_strings
+
+
+def test_ctrl_c_within_an_experiment_ends_the_campaign(built, tmp_path, monkeypatch):
+    def interrupted(system, **options):
+        return simulate(system, **options, loop="python", progress=lambda _: signal.raise_signal(signal.SIGINT))
+
+    monkeypatch.setattr(experiments, "simulate", interrupted)
+    bench = Bench(built / "ssp" / "bench.ssp", motor_values("left"))
+    with pytest.raises(KeyboardInterrupt):
+        bench.run(staircase(), tmp_path)

@@ -133,3 +133,10 @@ def test_the_whole_paper_is_reproduced_in_time(tmp_path):
     spent += mine.ru_utime + mine.ru_stime - own.ru_utime - own.ru_stime
     assert spent < 2 * 300.0  # 5 minutes on two processors, whoever else uses them meanwhile
     assert {path.stem for path in tmp_path.glob("fig*.png")} == set(FIGURES)
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr(programme, "build_all", lambda _: pytest.fail("it builds"))
+    (tmp_path / "file").write_text("in the folder's place")
+    with pytest.raises(TwipError, match="file: cannot be written: File exists"):
+        command("fig14", "--out", str(tmp_path / "file"))

@@ -3,14 +3,17 @@
 import argparse
 import math
 import re
+import signal
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from twip.cli import main
 from twip.commands import stability as command
-from twip.lab import stability_report
+from twip.cosim import simulate
+from twip.lab import stability, stability_report
 from twip.lab.stability import (
     BALANCE,
     DRIFTS,
@@ -136,6 +139,22 @@ def test_tables_and_thresholds():
         "| condition met from epsilon = | 20 | none |",
         "",
     ]
+
+
+def test_ctrl_c_within_a_run_ends_the_study(ssp, monkeypatch):
+    def interrupted(system, **options):
+        return simulate(system, **options, loop="python", progress=lambda _: signal.raise_signal(signal.SIGINT))
+
+    monkeypatch.setattr(stability, "simulate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        study(ssp)
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(stability_report, "build_all", lambda _: pytest.fail("it builds"))
+    (tmp_path / "file").write_text("in the folder's place")
+    assert main(["stability", "--out", str(tmp_path / "file")]) == 1
+    assert capsys.readouterr().err == f"twip: {tmp_path / 'file'}: cannot be written: File exists\n"
 
 
 @pytest.mark.heavy

@@ -112,9 +112,12 @@ class Trial:
 
 
 def run(ssp: Path, start_values: dict[str, float | bool], stop_time: float) -> Result:
-    """Return what the robot at `ssp` does with other start values until `stop_time` s."""
+    """Return what the robot at `ssp` does with other start values until `stop_time` s; raises KeyboardInterrupt."""
     with load(ssp, start_values=start_values) as system:
-        return simulate(system, stop_time=stop_time)
+        result = simulate(system, stop_time=stop_time)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    return result
 
 
 def disturbance(table: Result, loop: Loop, epsilon: float) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from ..cosim.results import Result
 from ..fmi.build import build_all
+from ..outputs import make_writable
 from ..robot.parameters import value
 from .drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, label, legend, picture
 from .stability import DRIFT_TIME, DRIFTS, LOOPS, RELEASE, Loop, Mismatch, Study, Trial, run, study, tables
@@ -96,7 +97,11 @@ def drift_picture(runs: Sequence[tuple[str, Result]], path: Path) -> None:
 
 
 def report(out: Path, progress: Callable[[float], None]) -> list[str]:
-    """Run the study on freshly built FMUs, write `stability.png` and `stability_drift.png`, and return its tables."""
+    """Run the study on freshly built FMUs, write `stability.png` and `stability_drift.png`, and return its tables.
+
+    Raises TwipError, before anything runs, when nothing can be written to `out`.
+    """
+    make_writable(out)
     with TemporaryDirectory() as folder:
         build_all(Path(folder))
         ssp = Path(folder) / "ssp" / "twip.ssp"

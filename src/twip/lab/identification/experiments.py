@@ -14,7 +14,6 @@ from ...cosim.log import Attachment, McapLog
 from ...cosim.record import columns
 from ...cosim.results import Table
 from ...cosim.simulate import simulate
-from ...errors import TwipError
 from ...robot.parameters import value
 from .recording import Array
 from .sensor import CHANNEL, MeasuredSink, Sensor
@@ -107,7 +106,7 @@ class Bench:
     ) -> Table:
         """Run an experiment and return the true signals; `log` takes them as MCAP, with the readings of the `sensor`.
 
-        The input series is written to `folder`.
+        The input series is written to `folder`. Raises KeyboardInterrupt.
         """
         series = folder / f"{experiment.name}.csv"
         experiment.write(series)
@@ -130,7 +129,7 @@ class Bench:
 
             result = simulate(system, stop_time=experiment.duration, input_file=series, sinks=sinks, notice=notice)
         if result.interrupted:
-            raise TwipError(f"the experiment {experiment.name} was interrupted at {result.time:g} s")
+            raise KeyboardInterrupt
         return table
 
 

@@ -1,5 +1,6 @@
 """Runs the figures' modules, some at a time, each group of figures that share runs in one process."""
 
+import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -10,6 +11,8 @@ from tempfile import TemporaryDirectory
 
 from ...errors import TwipError
 from ...fmi.build import build_all
+from ...interrupts import deferred_interrupt
+from ...outputs import make_writable
 from . import fig02, fig03, fig04, fig07, fig08, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig18, fig19
 from .checks import Result
 from .laboratory import Experiment, Laboratory
@@ -68,9 +71,11 @@ def chosen(names: Sequence[str]) -> list[str]:
 def run_paper(names: Sequence[str], out: Path, seeds: int, jobs: int, report: Report) -> list[Timed]:
     """Build the robot, run figures in `jobs` processes at a time and return their results in the paper's order.
 
-    Pictures and input series are written to `out`; `seeds` runs stand behind every statistic.
+    Pictures and input series are written to `out`; `seeds` runs stand behind every statistic. Raises TwipError, before
+    anything runs, for an unknown name and when nothing can be written to `out`.
     """
     figures = chosen(names)
+    make_writable(out)
     groups = [[name for name in group if name in figures] for group in GROUPS]
     with TemporaryDirectory(prefix="twip-paper-") as folder:
         report("robot", "running", 0.0)
@@ -95,6 +100,12 @@ def _run_group(laboratory: Laboratory, group: Sequence[str]) -> list[Timed]:
     return [run_figure(laboratory, name) for name in group]
 
 
+def _end_without_a_word() -> None:
+    """Let Ctrl-C end this process; the one that waits for it tells."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
 def _in_turn(laboratory: Laboratory, groups: Sequence[Sequence[str]], _: int, report: Report) -> Iterator[Timed]:
     for name in (name for group in groups for name in group):
         report(name, "running", 0.0)
@@ -107,13 +118,14 @@ def _side_by_side(
     laboratory: Laboratory, groups: Sequence[Sequence[str]], jobs: int, report: Report
 ) -> Iterator[Timed]:
     """Run each group in a process; new interpreters, for embedded Python and compiled code do not survive a fork."""
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_without_a_word)
     waiting, running = list(groups), set[Future[list[Timed]]]()
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
                 group = waiting.pop(0)
-                running.add(pool.submit(_run_group, laboratory, group))
+                with deferred_interrupt():  # a process that begins inherits it, until it can end without a word
+                    running.add(pool.submit(_run_group, laboratory, group))
                 for name in group:
                     report(name, "running", 0.0)
             finished, running = wait(running, return_when=FIRST_COMPLETED)
