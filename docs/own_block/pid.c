@@ -1,5 +1,6 @@
 /* An FMI 2.0 co-simulation FMU in C: a PID on the pitch, as pid.py of docs/own_block.md computes it.
 
+   mkdir -p binaries/linux64
    cc -O2 -ffp-contract=off -shared -fPIC -I$(python -c "import fmpy, os; print(os.path.dirname(fmpy.__file__))")/c-code \
       -o binaries/linux64/pid.so pid.c
    zip -r pid.fmu modelDescription.xml binaries */

@@ -5,6 +5,7 @@ import math
 import re
 import signal
 from itertools import pairwise
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -26,10 +27,9 @@ from twip.lab.stability import (
     attempt,
     disturbance,
     run,
-    smallest,
     study,
-    tables,
 )
+from twip.lab.stability_report import smallest, tables
 from twip.robot.parameters import value
 
 PAGE = (Path(__file__).parents[2] / "docs" / "stability.md").read_text(encoding="utf-8")
@@ -72,18 +72,18 @@ def test_the_border_lies_where_the_page_says(ssp, loop, mismatch):
     stands, met = documented()[loop.name, mismatch.title][factor]
     below = max((e for e in loop.epsilons if e < stands), default=None)
     assert attempt(ssp, loop, mismatch, factor, stands).stands
-    assert attempt(ssp, loop, mismatch, factor, met).held()
+    assert attempt(ssp, loop, mismatch, factor, met).meets()
     if below is not None:
         trial = attempt(ssp, loop, mismatch, factor, below)
         assert not trial.stands
-        assert not trial.held()
+        assert not trial.meets()
 
 
 def test_an_easier_robot_stands_although_the_condition_is_not_met(ssp):
     """Half the mass: the law's surplus drives the surface home, but its magnitude is 26 rad/s2."""
     trial = attempt(ssp, BALANCE, BALANCE.mismatches[0], 0.5, 10.0)
     assert trial.stands
-    assert not trial.held()
+    assert not trial.meets()
 
 
 def test_unknown_coulomb_friction_is_4_17_rad_s2(ssp):
@@ -118,20 +118,20 @@ def test_the_pitch_law_runs_away_until_it_falls(ssp):
 
 
 def test_without_friction_and_errors_the_speed_stays(ssp):
-    """Nothing brings it back: 0.6 m/s after standing up, within 1 % for four seconds."""
-    table = run(ssp, DRIFT["pitch law, no dry friction, perfect sensor"], RELEASE + 6.0)
-    speed = value("wheel_radius") * table["plant.wheel_rate"][table.times > RELEASE + 2.0]
-    assert np.mean(speed) == pytest.approx(0.62, abs=0.01)
+    """Nothing brings it back: 0.61 m/s after standing up, the same ten seconds later."""
+    table = run(ssp, DRIFT["pitch law, no dry friction, perfect sensor"], RELEASE + 14.0)
+    speed = value("wheel_radius") * table["plant.wheel_rate"][table.times > RELEASE + 4.0]
+    assert np.mean(speed) == pytest.approx(0.61, abs=0.005)
     assert np.ptp(speed) < 0.01 * np.mean(speed)
-    assert abs(math.degrees(table["plant.pitch"][-1])) < 0.05
+    assert abs(math.degrees(table["plant.pitch"][-1])) < 0.02
 
 
 def test_tables_and_thresholds():
     trials = [Trial(5.0, 1.0, False, 9.0), Trial(10.0, 1.0, True, 12.0), Trial(20.0, 1.0, True, 12.0)]
     trials += [Trial(epsilon, 2.0, False, 99.0) for epsilon in (5.0, 10.0, 20.0)]
-    assert smallest(trials, 1.0, Trial.stood) == 10.0
-    assert smallest(trials, 1.0, Trial.held) == 20.0
-    assert smallest(trials, 2.0, Trial.stood) is None
+    assert smallest(trials, 1.0, attrgetter("stands")) == 10.0
+    assert smallest(trials, 1.0, Trial.meets) == 20.0
+    assert smallest(trials, 2.0, attrgetter("stands")) is None
     assert tables({("balance", "body mass"): trials}) == [
         "| balance: body mass, × nominal | 1 | 2 |",
         "| --- | --- | --- |",
@@ -174,7 +174,7 @@ def test_the_whole_map_by_the_command(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out
     assert printed[: printed.index("picture ")].strip() in PAGE
     for trials in found.values():
-        assert not [t for t in trials if t.held() and not t.stands]
+        assert not [t for t in trials if t.meets() and not t.stands]
         for a, b in pairwise(sorted(trials, key=lambda t: (t.factor, t.epsilon))):
             assert not (a.factor == b.factor and a.stands and not b.stands)
     for name in ("stability.png", "stability_drift.png"):

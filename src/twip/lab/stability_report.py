@@ -1,6 +1,7 @@
 """The stability study as pictures and tables."""
 
 from collections.abc import Callable, Sequence
+from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,7 +15,7 @@ from ..fmi.build import build_all
 from ..outputs import make_writable
 from ..robot.parameters import value
 from .drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, label, legend, picture
-from .stability import DRIFT_TIME, DRIFTS, LOOPS, RELEASE, Loop, Mismatch, Study, Trial, run, study, tables
+from .stability import DRIFT_TIME, DRIFTS, LOOPS, RELEASE, Loop, Mismatch, Study, Trial, run, study
 
 KINDS = (
     ("falls, or does not reach the surface; condition not met", "#e9a3a0"),
@@ -33,9 +34,9 @@ def draw_map(axes: Axes, loop: Loop, mismatch: Mismatch, trials: Sequence[Trial]
     kinds = np.zeros((len(epsilons), len(factors)))
     for trial in trials:
         row, column = epsilons.index(trial.epsilon), factors.index(trial.factor)
-        kinds[row, column] = 2 * trial.stands + trial.held()
+        kinds[row, column] = 2 * trial.stands + trial.meets()
         if trial.stands:
-            colour = "white" if trial.held() else INK
+            colour = "white" if trial.meets() else INK
             axes.text(column, row, f"{trial.disturbance:.0f}", ha="center", va="center", fontsize=7, color=colour)
     palette = ListedColormap([colour for _, colour in KINDS])
     axes.imshow(kinds, origin="lower", aspect="auto", cmap=palette, vmin=-0.5, vmax=3.5)
@@ -94,6 +95,25 @@ def drift_picture(runs: Sequence[tuple[str, Result]], path: Path) -> None:
         label(speed, "speed [m/s]", "time after the release [s]")
         for axes in (pitch, speed):
             axes.set_xlim(0.0, DRIFT_TIME)
+
+
+def smallest(trials: Sequence[Trial], factor: float, good: Callable[[Trial], bool]) -> float | None:
+    """Return the smallest epsilon [rad/s2] with a good trial, None if there is none."""
+    return min((t.epsilon for t in trials if t.factor == factor and good(t)), default=None)
+
+
+def tables(found: Study) -> list[str]:
+    """Return the lines of one Markdown table per mismatch: from which epsilon on it stands, and meets its condition."""
+    questions = (("stands from epsilon =", attrgetter("stands")), ("condition met from epsilon =", Trial.meets))
+    lines = []
+    for (loop, title), trials in found.items():
+        factors = sorted({t.factor for t in trials})
+        rows = [[f"{loop}: {title}, × nominal", *(f"{f:g}" for f in factors)], ["---"] * (len(factors) + 1)]
+        for question, good in questions:
+            known = [smallest(trials, f, good) for f in factors]
+            rows.append([question, *("none" if e is None else f"{e:g}" for e in known)])
+        lines += [f"| {' | '.join(row)} |" for row in rows] + [""]
+    return lines
 
 
 def report(out: Path, progress: Callable[[float], None]) -> list[str]:
