@@ -110,7 +110,7 @@ def test_a_metric_that_raises_later_is_a_failed_row(folder):
         (["--repeat", "2", "--metric", "mine.py:bad"], "mine.py:bad raises ValueError: no way (run 0)"),
         (
             ["--repeat", "2", "--success", "x < 1"],
-            "condition on x: there is no such metric; there are final:d.x (run 0)",
+            "condition on x: there is no such metric; there are final:d.x",
         ),
     ],
 )
@@ -247,3 +247,23 @@ def test_a_run_that_fails_has_not_passed(folder, capsys):
     assert sweep(*words, "--jobs", "1", "--json") == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["passed"], told["errors"], told["pass_rate"]) == (2, 1, 2 / 3)
+
+
+def test_a_new_sweep_removes_what_the_earlier_one_left_and_nothing_else(folder):
+    logs = folder / "logs"
+    assert sweep("--vary", "d.x_start=1:4:11", "--keep", "runs:2,9", "--rate", "d.x_start", *USUAL,
+                 "--success", "final:d.x < 1") == 0  # fmt: skip
+    for mine in ("decay-notes.png", "decay-runs/run-mine.mcap", "decay-sweep.html"):
+        (logs / mine).write_text("the user's")
+    assert sweep("--vary", "d.x_start=1:4:2", "--keep", "runs:1", *USUAL) == 0
+    left = {path.relative_to(logs).as_posix() for path in logs.rglob("*") if path.is_file()}
+    assert left == {
+        *("decay.parquet", "decay-notes.png", "decay-sweep.html", "decay-runs/run-1.mcap", "decay-runs/run-mine.mcap"),
+    }
+
+
+def test_a_condition_on_no_metric_is_told_before_the_first_run(folder, capsys):
+    assert sweep("--repeat", "2", "--success", "final:d.y < 1", *USUAL) == 1
+    assert capsys.readouterr().err == (
+        "twip: condition on final:d.y: there is no such metric, did you mean final:d.x?\n"  # nothing was tried
+    )

@@ -52,8 +52,8 @@ def payload(text):
 def test_the_report_has_the_numbers_of_the_runs(tmp_path, capsys):
     path = write(tmp_path / "runs.parquet")
     assert main(["report", str(path)]) == 0
-    assert str(tmp_path / "runs.html") in capsys.readouterr().out
-    text = (tmp_path / "runs.html").read_text(encoding="utf-8")
+    assert str(tmp_path / "runs-sweep.html") in capsys.readouterr().out
+    text = (tmp_path / "runs-sweep.html").read_text(encoding="utf-8")
     assert cells(text, "all runs") == ["2 of 4", "50.0%", "15.0% to 85.0%"]  # Wilson: (0.5 + z²/8 ± …) / (1 + z²/4)
     assert cells(text, "time") == ["0.5", "1.5", "∞", "3"]
     assert cells(text, "run 3") == ["a 2, b 20", "&lt;script&gt;alert(1)&lt;/script&gt;"]
@@ -77,10 +77,10 @@ def test_the_report_has_the_numbers_of_the_runs(tmp_path, capsys):
 def test_an_interrupted_sweep_is_called_so(tmp_path):
     path = write(tmp_path / "runs.parquet")
     assert main(["report", str(path)]) == 0
-    assert "interrupted" not in (tmp_path / "runs.html").read_text(encoding="utf-8").partition("<script")[0]
+    assert "interrupted" not in (tmp_path / "runs-sweep.html").read_text(encoding="utf-8").partition("<script")[0]
     pq.write_table(pq.read_table(path).slice(0, 3), path)
     assert main(["report", str(path)]) == 0
-    text = (tmp_path / "runs.html").read_text(encoding="utf-8")
+    text = (tmp_path / "runs-sweep.html").read_text(encoding="utf-8")
     assert "1 run is missing: the sweep was interrupted" in text
     (drawn,) = json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[1])[
         "maps"
@@ -92,7 +92,7 @@ def test_an_interrupted_sweep_is_called_so(tmp_path):
 def test_each_parameter_set_has_its_rate_and_panel(tmp_path):
     path = write(tmp_path / "runs.parquet", columns={"parameters": ["x", "x", "y", "y"]})
     assert main(["report", str(path)]) == 0
-    text = (tmp_path / "runs.html").read_text(encoding="utf-8")
+    text = (tmp_path / "runs-sweep.html").read_text(encoding="utf-8")
     assert cells(text, "x")[:2] == ["2 of 2", "100.0%"]
     assert cells(text, "y")[:2] == ["0 of 2", "0.0%"]
     assert '"label":"x"' in text
@@ -119,7 +119,7 @@ def test_a_foreign_file_gets_one_line(tmp_path, capsys, options):
 def test_values_that_look_alike_stay_apart(tmp_path):
     path = write(tmp_path / "runs.parquet", columns={"a": [1.0001, 1.0001, 1.0002, 1.0002]})
     assert main(["report", str(path)]) == 0
-    assert '"across":["1.0001","1.0002"]' in (tmp_path / "runs.html").read_text(encoding="utf-8")
+    assert '"across":["1.0001","1.0002"]' in (tmp_path / "runs-sweep.html").read_text(encoding="utf-8")
 
 
 def test_logs_and_results_are_not_mixed(tmp_path, capsys):

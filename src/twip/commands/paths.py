@@ -8,10 +8,13 @@ from ..lab.endings import check_ending
 
 
 def beside(log: Path, ending: str) -> Path:
-    """Return the path of a log with another ending; raises TwipError where `log` is not the name of a file."""
+    """Return the path of a log with another ending, such as `.png` or `-sweep.html`.
+
+    Raises TwipError where `log` is not the name of a file.
+    """
     if not log.name or log.is_dir():
         raise TwipError(f"{log}: must be a file")
-    return log.with_suffix(ending)
+    return log.with_name(f"{log.stem}{ending}")
 
 
 def made_from(logs: Sequence[Path], out: Path | None, endings: Sequence[str]) -> Path:

@@ -7,7 +7,7 @@ from ..errors import TwipError
 from ..lab.metrics import is_robot, measure
 from ..lab.report import ENDINGS, report, sweep_report
 from .logs import extent, read_log
-from .paths import made_from
+from .paths import beside, made_from
 from .terminal import print_json, print_rows
 
 DESCRIPTION = """\
@@ -33,7 +33,10 @@ def declare(parser: argparse.ArgumentParser) -> None:
         help="logs of twip, or the results of one sweep",
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE.html", help="default: beside the first log, with the ending .html"
+        "--out",
+        type=Path,
+        metavar="FILE.html",
+        help="default: beside the first log, LOG.html, of a sweep SWEEP-sweep.html",
     )
     parser.add_argument(
         "--signals",
@@ -50,8 +53,9 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the report, and return the exit status."""
-    out = made_from(arguments.logs, arguments.out, ENDINGS)
     sweeps = [log for log in arguments.logs if log.suffix == ".parquet"]
+    usual = beside(sweeps[0], "-sweep.html") if sweeps else None
+    out = made_from(arguments.logs, arguments.out or usual, ENDINGS)
     if sweeps and (len(arguments.logs) > 1 or arguments.signals):
         raise TwipError(f"{sweeps[0]}: the results of a sweep are reported alone, without logs and --signals")
     if sweeps:

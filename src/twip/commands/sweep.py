@@ -20,7 +20,7 @@ from ..lab.sweep.statistics import Rate
 from .experiment import pairs
 from .paths import refuse_clashes
 from .progress import progress_bar
-from .sweep_questions import Questions
+from .sweep_questions import Questions, logs_of, remove_earlier
 from .terminal import notice, print_json, print_rows
 
 DESCRIPTION = """\
@@ -37,7 +37,8 @@ examples:
   twip sweep logs/plan.parquet --rate plant.body_mass --sensitivity settling_time
 
 Run a system many times with other start values and parameters, judge every run, and write one Parquet file with a row
-per run; from such a file, draw pictures. The result does not depend on where and in which order the runs are done."""
+per run; from such a file, draw pictures. The result does not depend on where and in which order the runs are done.
+Pictures and logs of runs that an earlier sweep has left beside the same file are removed."""
 _PLAN = ("vary", "parameter_sets", "parameters", "start_values", "design", "samples", "repeat", "seed", "seed_into",
          "metric", "success", "input_file", "start_time", "stop_time", "step_size", "coupling")  # fmt: skip
 """Options that a plan file states instead."""
@@ -158,6 +159,8 @@ def run(arguments: argparse.Namespace) -> int:
             notice=notice,
             check=questions.check,
         )
+    if outcome.rows:
+        remove_earlier(out)
     if not arguments.json:
         _print(outcome)
     told = summary(outcome)
@@ -171,7 +174,7 @@ def run(arguments: argparse.Namespace) -> int:
         return int(INTERRUPTED)
     logs = []
     if questions.keep is not None:
-        logs = record_runs(outcome, questions.keep, out.with_name(f"{out.stem}-runs"))
+        logs = record_runs(outcome, questions.keep, logs_of(out))
         if not arguments.json:
             print_rows(*(("log", path) for path in logs))
     _tell(arguments, {**told, "logs": logs, "go_on_by": None}, questions, out)

@@ -11,6 +11,32 @@ from ..lab.sweep.known import SUCCESS, Known, refuse
 from ..lab.sweep.parquet import Results
 from ..lab.sweep.pictures import draw_map, draw_rate, draw_sensitivity
 
+KINDS = ("map", "rate", "sensitivity")
+"""Of pictures."""
+
+
+def picture_of(results: Path, kind: str) -> Path:
+    """Return where a picture of results goes."""
+    return results.with_name(f"{results.stem}-{kind}.png")
+
+
+def logs_of(results: Path) -> Path:
+    """Return the folder that full logs of runs go to."""
+    return results.with_name(f"{results.stem}-runs")
+
+
+def remove_earlier(results: Path) -> None:
+    """Remove pictures and logs that an earlier sweep has left beside its results, which new ones have replaced.
+
+    Raises TwipError for one that cannot be removed.
+    """
+    logs = [log for log in logs_of(results).glob("run-*.mcap") if log.stem.removeprefix("run-").isdecimal()]
+    for file in (*(picture_of(results, kind) for kind in KINDS), *logs):
+        try:
+            file.unlink(missing_ok=True)
+        except OSError as error:
+            raise TwipError(f"{file}: it is of an earlier sweep and cannot be removed: {error.strerror}") from None
+
 
 @dataclass(frozen=True)
 class Questions:
@@ -82,7 +108,7 @@ class Questions:
             drawings.append(("sensitivity", lambda picture: draw_sensitivity(results, metric, picture)))
         problems = []
         for kind, draw in drawings:
-            picture = path.with_name(f"{path.stem}-{kind}.png")
+            picture = picture_of(path, kind)
             try:
                 yield kind, picture, draw(picture) or []
             except TwipError as error:

@@ -88,10 +88,12 @@ class Judge:
                 self.conditions.append(Condition.parse(text))
             except TwipError as error:
                 problems.append(str(error))
+        if not problems and not self._measures:
+            problems.append("no metrics: name some, such as max:COMPONENT.VARIABLE or FILE.py:FUNCTION")
+        if not problems and self.names is not None:
+            problems += self._unknown(self.names)
         if problems:
             raise TwipError("\n".join(problems))
-        if not self._measures:
-            raise TwipError("no metrics: name some, such as max:COMPONENT.VARIABLE or FILE.py:FUNCTION")
 
     @property
     def names(self) -> tuple[str, ...] | None:
@@ -119,14 +121,20 @@ class Judge:
 
     def verdict(self, metrics: Mapping[str, float | None]) -> str:
         """Return the verdict on a run with these metrics. Raises `MetricError` when a condition names none of them."""
-        unknown = [c.metric for c in self.conditions if c.metric not in metrics]
-        if unknown:
-            close = difflib.get_close_matches(unknown[0], metrics, 1)
-            hint = f", did you mean {close[0]}?" if close else f"; there are {', '.join(metrics)}"
-            raise MetricError(f"condition on {unknown[0]}: there is no such metric{hint}")
+        if unknown := self._unknown(tuple(metrics)):
+            raise MetricError(unknown[0])
         if not self.conditions:
             return DONE
         return PASS if all(c.met(metrics) for c in self.conditions) else FAIL
+
+    def _unknown(self, metrics: Sequence[str]) -> list[str]:
+        """Return what is wrong with conditions that name none of the metrics."""
+        problems = []
+        for name in dict.fromkeys(c.metric for c in self.conditions if c.metric not in metrics):
+            close = difflib.get_close_matches(name, metrics, 1)
+            hint = f", did you mean {close[0]}?" if close else f"; there are {', '.join(metrics)}"
+            problems.append(f"condition on {name}: there is no such metric{hint}")
+        return problems
 
 
 def _told(name: str) -> str:
