@@ -97,12 +97,17 @@ def run_figure(laboratory: Laboratory, name: str) -> Timed:
 
 
 def _run_group(laboratory: Laboratory, group: Sequence[str]) -> list[Timed]:
-    return [run_figure(laboratory, name) for name in group]
+    """Run figures in a process of the pool; only while it does does Ctrl-C mean it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return [run_figure(laboratory, name) for name in group]
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _end_without_a_word() -> None:
-    """Let Ctrl-C end this process; the one that waits for it tells."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+def _wait_for_work() -> None:
+    """Leave Ctrl-C to the process that waits for this one, which ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
@@ -118,13 +123,13 @@ def _side_by_side(
     laboratory: Laboratory, groups: Sequence[Sequence[str]], jobs: int, report: Report
 ) -> Iterator[Timed]:
     """Run each group in a process; new interpreters, for embedded Python and compiled code do not survive a fork."""
-    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_without_a_word)
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_wait_for_work)
     waiting, running = list(groups), set[Future[list[Timed]]]()
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
                 group = waiting.pop(0)
-                with deferred_interrupt():  # a process that begins inherits it, until it can end without a word
+                with deferred_interrupt():  # a process that begins here inherits this until it is ready
                     running.add(pool.submit(_run_group, laboratory, group))
                 for name in group:
                     report(name, "running", 0.0)
