@@ -189,3 +189,14 @@ def test_the_command_line_takes_swaps(path, folder, capsys):
     with pytest.raises(TwipError, match="there is no component h to swap"):
         load(path, swap={"h": new})
     assert np.array_equal(run(path)["a.x"], STEP * np.arange(9))
+
+
+def test_what_is_wrong_with_a_swap_is_told_of_the_swap(folder):
+    ssd = write(folder, system([component("gain", "CosimGain.fmu")]))
+    for swap, told in (
+        ({"gain": "nosuch.fmu"}, "FMU nosuch.fmu does not exist (swap gain)"),
+        ({"gian": "CosimGain.fmu"}, "there is no component gian to swap, did you mean gain?"),
+    ):
+        with pytest.raises(TwipError) as refused, load(ssd, swap=swap):
+            pass
+        assert str(refused.value) == told

@@ -1,10 +1,11 @@
 """The FMUs of a system's components, each file read once."""
 
+import difflib
 import pathlib
 from collections.abc import Mapping
 
 from .fmu import Fmu, read_fmu
-from .problems import Problems
+from .problems import Place, Problems
 from .structure import DEFINITION, FMU, PACKAGE, ComponentElement
 
 
@@ -12,8 +13,9 @@ def read_fmus(
     components: Mapping[str, ComponentElement], swap: Mapping[str, pathlib.Path], problems: Problems
 ) -> dict[str, Fmu | None]:
     """Return the FMU of each component by dotted path, None where it is unusable; `swap` replaces some by others."""
-    for name in swap.keys() - components.keys():
-        problems.add(f"there is no component {name} to swap")
+    for name in sorted(swap.keys() - components.keys()):
+        close = difflib.get_close_matches(name, components, 1)
+        problems.add(f"there is no component {name} to swap" + (f", did you mean {close[0]}?" if close else ""))
     known: dict[pathlib.Path, Fmu | None] = {}
     found: dict[str, Fmu | None] = {}
     for path, element in components.items():
@@ -23,7 +25,8 @@ def read_fmus(
             continue
         file, name = located
         if file not in known:
-            known[file] = read_fmu(file, name, problems, element.place)
+            place = Place(f"swap {path}") if path in swap else element.place
+            known[file] = read_fmu(file, name, problems, place)
         found[path] = known[file]
     return found
 
