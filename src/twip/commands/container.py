@@ -11,6 +11,7 @@ from ..lab.endings import check_ending
 from .experiment import pairs
 from .paths import refuse_clashes
 from .terminal import print_rows
+from .unbuilt import told_to_build
 
 DESCRIPTION = """\
 examples:
@@ -64,7 +65,11 @@ def run(arguments: argparse.Namespace) -> int:
     reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
     check_ending(output, [".fmu"])
     refuse_clashes(reads, {"--output-file": output})
-    with load(arguments.ssp, parameters=arguments.parameters, start_values=pairs(arguments.start_values)) as system:
+    values = pairs(arguments.start_values)
+    with (
+        told_to_build(arguments.ssp),
+        load(arguments.ssp, parameters=arguments.parameters, start_values=values) as system,
+    ):
         for difference in pack(system, version, output, arguments.step_size):
             print(f"twip: warning: not as in the system: {difference}", file=sys.stderr)
     print_rows(("container", output))

@@ -9,6 +9,7 @@ from ..cosim.experiment import time_problems
 from ..cosim.preparation import Request
 from ..errors import TwipError
 from .coupling import coupling_options, declare_coupling
+from .unbuilt import told_to_build
 
 
 def declare_experiment(parser: argparse.ArgumentParser) -> None:
@@ -71,14 +72,15 @@ def load_system(path: str, arguments: argparse.Namespace) -> System:
     """Load the system at `path` with the values and swaps of the options; wrong times are told with what is wrong."""
     wrong = time_problems(arguments.start_time, arguments.stop_time, arguments.step_size)
     try:
-        return load(
-            path,
-            ssd=arguments.ssd,
-            parameters=arguments.parameters,
-            start_values=pairs(arguments.start_values),
-            swap=swaps("--swap", arguments.swap),
-            swap_map=swaps("--swap-map", arguments.swap_map),
-        )
+        with told_to_build(path):
+            return load(
+                path,
+                ssd=arguments.ssd,
+                parameters=arguments.parameters,
+                start_values=pairs(arguments.start_values),
+                swap=swaps("--swap", arguments.swap),
+                swap_map=swaps("--swap-map", arguments.swap_map),
+            )
     except TwipError as error:
         raise TwipError("\n".join([str(error), *wrong])) from None
 

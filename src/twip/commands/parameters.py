@@ -7,6 +7,7 @@ from ..cosim import load
 from ..cosim.parameter_file import parameters_of, write_parameter_set
 from .paths import refuse_clashes
 from .terminal import print_rows
+from .unbuilt import told_to_build
 
 DESCRIPTION = """\
 examples:
@@ -31,7 +32,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """List or write the parameters, and return the exit status."""
     refuse_clashes([("SSP", arguments.ssp)], {"--output-file": arguments.output_file})
-    with load(arguments.ssp, ssd=arguments.ssd) as system:
+    with told_to_build(arguments.ssp), load(arguments.ssp, ssd=arguments.ssd) as system:
         entries = parameters_of(system)
     if arguments.output_file is None:
         for entry in entries:
