@@ -138,3 +138,9 @@ def test_an_array_parameter_has_the_shape_of_its_variable(tmp_path, values, size
     path = write(tmp_path, system([component("a", "echo3.fmu", inside=inner)]), version="2.0")
     place = f" (SystemStructure.ssd line {line_of(path, 'ssv:Real')})"
     assert check(path) == ([f"parameter {said}{place}"] if said else [])
+
+
+def test_an_unpacked_fmu_is_called_one_where_a_system_is_wanted(tmp_path):
+    (tmp_path / "modelDescription.xml").write_text("<fmiModelDescription/>")
+    with pytest.raises(TwipError, match="is an FMU; a system is"):
+        load(tmp_path)

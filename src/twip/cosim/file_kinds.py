@@ -16,6 +16,9 @@ SYSTEM = "a system is an .ssp archive, its unpacked folder or an .ssd file"
 
 
 def why_no_system(path: pathlib.Path) -> str:
-    """Return what `path` is instead of a system, judged by its ending; nothing where it may be one."""
-    found = _BELONGS.get(path.suffix.lower())
+    """Return what `path` is instead of a system, a file by its ending; nothing where it may be one."""
+    ending = path.suffix.lower()
+    if path.is_dir():
+        ending = ".fmu" if (path / "modelDescription.xml").is_file() else ""
+    found = _BELONGS.get(ending)
     return "" if found is None else f"{path} is {found[0]}; {SYSTEM} ({found[1]})"

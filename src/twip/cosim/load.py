@@ -131,10 +131,10 @@ def _locate(path: pathlib.Path, ssd: str | None, workspace: Workspace) -> tuple[
         raise TwipError(f"{path}: no such file")
     if is_special(path):
         raise TwipError(f"{path} is a device or the like, not a file")
-    if path.is_dir():
-        return _choose(path, ssd, f"{path}: the folder"), None
     if why := why_no_system(path):
         raise TwipError(why)
+    if path.is_dir():
+        return _choose(path, ssd, f"{path}: the folder"), None
     if path.suffix.lower() == ".ssd":
         if ssd is not None:
             raise TwipError(f"{path} is one description: {ssd} cannot be chosen in it")
