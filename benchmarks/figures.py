@@ -1,10 +1,12 @@
 """The picture of docs/performance.md."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#009e73", "#0072b2", "#d55e00", "#888888")
 
@@ -19,8 +21,11 @@ def draw(data: dict[str, Any], path: Path) -> None:
         _bars(axes, data[key], title)
     for axes, (title, (sizes, costs)) in zip(panels.flat[2:5], data["growth"].items(), strict=True):
         axes.loglog(sizes, costs, "o-", color=COLOURS[1])
-        axes.set_title(title, fontsize=10)
-        axes.grid(alpha=0.3)
+        subject, logging, unit = re.fullmatch(r"(.+), (with.* log) \[(.+)\]", title).groups()  # type: ignore[union-attr]
+        axes.set_title(f"Growth: {subject}, {logging}", fontsize=10)
+        axes.set_xlabel(f"{subject} [s]" if "time" in subject else subject)
+        axes.set_ylabel("wall time [s]" if unit == "s" else unit)
+        _plain_numbers(axes)
     axes = panels[2, 1]
     for (label, points), colour in zip(data["precision"].items(), ("#d55e00", "#0072b2", "#009e73"), strict=True):
         axes.loglog(
@@ -30,8 +35,18 @@ def draw(data: dict[str, Any], path: Path) -> None:
     axes.set_xlabel("wall time per simulated second [ms]")
     axes.set_ylabel("pitch error [°]")
     axes.legend(fontsize=8)
-    axes.grid(alpha=0.3)
+    _plain_numbers(axes)
     figure.savefig(path, dpi=110)
+
+
+def _plain_numbers(axes: Axes) -> None:
+    """Label 1, 2, 5, 10, … on both logarithmic axes, and nothing between."""
+    for axis in (axes.xaxis, axes.yaxis):
+        first, last = sorted(axis.get_view_interval())
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if last < 200.0 * first else (1.0,)))
+        axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    axes.grid(alpha=0.3)
 
 
 def _bars(axes: Axes, made: Any, title: str) -> None:
