@@ -13,7 +13,7 @@ import pytest
 from ssp_writer import component, connection, system, write
 
 from twip.cosim import CsvSink, Table, load, playback, simulate
-from twip.cosim.interrupt import InterruptFlag
+from twip.cosim.interrupt_flag import InterruptFlag
 from twip.cosim.log import McapLog
 from twip.errors import TwipError
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..errors import TwipError
-from .interrupt import InterruptFlag
+from .interrupt_flag import InterruptFlag
 
 PERIOD = 0.01
 """Longest wall time between two deliveries, in s, unless one step takes longer."""

@@ -16,7 +16,7 @@ from .execution import Execution, vector
 from .experiment import TimeGrid
 from .face import InstanceFace
 from .faults import Faults
-from .interrupt import InterruptFlag
+from .interrupt_flag import InterruptFlag
 from .isolation import Isolation
 from .live_inputs import LiveInputs
 from .messages import Message

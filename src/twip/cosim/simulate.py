@@ -16,7 +16,7 @@ from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .coupling import Coupling
 from .delivery import Delivery, writing
 from .experiment import TimeGrid
-from .interrupt import InterruptFlag
+from .interrupt_flag import InterruptFlag
 from .isolation import TIME_LIMIT
 from .live_inputs import LiveInputs
 from .loop import PythonLoop

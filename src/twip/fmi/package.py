@@ -55,7 +55,7 @@ def package_block(face: Path, output: Path, version: str) -> None:
     readme = face.with_name("README.md")
     icon = face.with_name("model.png")
     files = packed(block.name, TOOLS[version].FmuBuilder, module, code)
-    _try(block, module)
+    _try_a_step(block, module)
     files["modelDescription.xml"] = model_description(interface, version, guid(digest), origin)
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     files["documentation/index.html"] = documentation_page(interface, version, text, guid(digest), origin)
@@ -84,7 +84,7 @@ def packed(name: str, builder: Any, module: str, code: dict[str, bytes]) -> dict
             return {n: archive.read(n) for n in names if not n.endswith("/")}
 
 
-def _try(block: Block, module: str) -> None:
+def _try_a_step(block: Block, module: str) -> None:
     """Initialize the packed block and do one step, so that a slip in it shows here and not in a simulation."""
     package = module.replace("twip_slave_", "_twip_")
     model = importlib.import_module(f"{package}.model")
