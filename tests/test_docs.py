@@ -35,6 +35,12 @@ def test_files_that_the_readme_names_exist():
         assert (ROOT / path).is_file(), path
 
 
+def test_files_that_the_documents_link_to_exist():
+    for path in (ROOT / "docs").rglob("*.md"):
+        for target in re.findall(r"\]\((?!https?:)([^)#\s]+)", path.read_text(encoding="utf-8")):
+            assert (path.parent / target).exists(), f"{path.name}: {target}"
+
+
 def test_the_python_examples_run(built, tmp_path, monkeypatch):
     (tmp_path / "ssp").symlink_to(built / "ssp")
     monkeypatch.chdir(tmp_path)
