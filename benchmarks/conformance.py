@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from twip.commands.build import built_containers
 from twip.cosim import Table, load, simulate
-from twip.cosim.loop import PythonLoop
+from twip.cosim.coupling.loop import PythonLoop
 from twip.fmi.build import build_all
 
 ROOT = Path(__file__).parents[1]

@@ -9,8 +9,9 @@ import contestants_path  # noqa: F401
 import numpy as np
 from bare import BareCalls, bare_calls
 
-from twip.cosim import compiled_loop, load, simulate
-from twip.cosim.log import McapLog
+from twip.cosim import load, simulate
+from twip.cosim.coupling import compiled_loop
+from twip.cosim.log.mcap_log import McapLog
 
 STEPS = 10_000
 STEP_SIZE = 0.001

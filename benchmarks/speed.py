@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 
 from twip.cosim import load, simulate
-from twip.cosim.log import McapLog
+from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.results import Result
 from twip.cosim.system import System
 from twip.fmi.build import build_all

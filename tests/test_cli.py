@@ -14,7 +14,7 @@ import pytest
 from lxml import etree
 
 from twip.cli import COMMANDS
-from twip.cosim.playback import read
+from twip.cosim.log.playback import read
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 

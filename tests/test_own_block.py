@@ -14,7 +14,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.playback import read
+from twip.cosim.log.playback import read
 from twip.fmi.build import build_fmi3
 
 ROOT = Path(__file__).parents[1]

@@ -6,7 +6,7 @@ import pytest
 from lxml import etree
 
 from twip.cosim import load
-from twip.cosim.parameter_file import parameters_of, write_parameter_set
+from twip.cosim.ssp.parameter_file import parameters_of, write_parameter_set
 from twip.fmi.blocks import block_folders, load_block
 from twip.robot.parameters import value
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numba import njit
 
-from twip.cosim.compiled_loop import address, call_access, call_step, read_real, write_real
-from twip.cosim.execution import Execution
-from twip.cosim.native import NOT_NATIVE, native_access
+from twip.cosim.coupling.compiled_loop import address, call_access, call_step, read_real, write_real
+from twip.cosim.coupling.execution import Execution
+from twip.cosim.fmus.native import NOT_NATIVE, native_access
 
 (NATIVE, HANDLE, SETTER, INPUTS, INPUT_COUNT, FIRST_INPUT, STEPPER, FIRST_ARGUMENT, GETTER, OUTPUTS, OUTPUT_COUNT,
  FIRST_OUTPUT) = range(12)  # fmt: skip

@@ -9,7 +9,8 @@ import time
 from bare import BareCalls, bare_steps
 from protocol import STEP_SIZE, arguments, serve
 
-from twip.cosim import compiled_loop, load, simulate
+from twip.cosim import load, simulate
+from twip.cosim.coupling import compiled_loop
 
 LONGEST = 20_000
 """Most steps of a run."""

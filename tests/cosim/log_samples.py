@@ -8,7 +8,7 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from twip.cosim.log import Attachment, McapLog
+from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.record import Channel, Signal
 
 AWKWARD = [

@@ -11,8 +11,8 @@ from checkpoint_runs import STEP, describe, run
 from ssp_writer import bind, component, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.checkpoint import Checkpoint, Saving
-from twip.cosim.component import Instance
+from twip.cosim.fmus.component import Instance
+from twip.cosim.run.checkpoint import Checkpoint, Saving
 from twip.errors import TwipError
 
 

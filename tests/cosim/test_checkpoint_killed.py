@@ -12,7 +12,7 @@ from checkpoint_runs import run
 from ssp_writer import bind, component, connection, system, write
 
 from twip.cli import main
-from twip.cosim.checkpoint import Checkpoint
+from twip.cosim.run.checkpoint import Checkpoint
 
 TWIP = "import sys\nfrom twip.cli import main\nsys.exit(main())"
 

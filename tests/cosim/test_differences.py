@@ -10,7 +10,7 @@ from ssp_writer import bind, component, connection, edit_fmu, linear, parameter_
 
 from twip.cli import main
 from twip.cosim import check, load, simulate
-from twip.cosim.fmu import read_fmu
+from twip.cosim.fmus.fmu import read_fmu
 from twip.cosim.problems import Place, Problems
 
 CELSIUS = "degC K=1 offset=273.15"

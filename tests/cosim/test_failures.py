@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from ssp_writer import component, connection, system, write
 
-from twip.cosim import CsvSink, Table, load, playback, simulate
-from twip.cosim.interrupt_flag import InterruptFlag
-from twip.cosim.log import McapLog
+from twip.cosim import CsvSink, Table, load, simulate
+from twip.cosim.log import playback
+from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.run.interrupt_flag import InterruptFlag
 from twip.errors import TwipError
 
 

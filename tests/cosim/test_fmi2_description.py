@@ -6,7 +6,7 @@ import zipfile
 import fmpy
 import pytest
 
-from twip.cosim.fmu import read_fmu
+from twip.cosim.fmus.fmu import read_fmu
 from twip.cosim.problems import Place, Problems
 
 RANGE = " of an output in ModelStructure must be the index of one of the 7 variables, from 1 on"

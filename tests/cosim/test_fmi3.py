@@ -7,8 +7,9 @@ from echo_fmu import NUMBERS, compiled, echo2, echo3
 from ssp_writer import bind, connection, linear, system, write
 
 from twip.cli import main
-from twip.cosim import Table, check, load, playback, simulate
-from twip.cosim.log import McapLog
+from twip.cosim import Table, check, load, simulate
+from twip.cosim.log import playback
+from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.results import CsvSink
 from twip.errors import TwipError
 

@@ -12,7 +12,7 @@ from echo_fmu import compiled, echo2, echo3
 from ssp_writer import component, connection, linear, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.pool import InstancePool
+from twip.cosim.fmus.pool import InstancePool
 
 BUILD = "import sys; from pythonfmu3.builder import FmuBuilder; FmuBuilder.build_FMU(sys.argv[1], dest=sys.argv[2])"
 OSCILLATOR = "u> x< v< steps< up< word> said<"

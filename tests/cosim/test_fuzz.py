@@ -28,13 +28,15 @@ from ssp_writer import (
     write,
 )
 
-from twip.cosim import check, load, playback, schemas, simulate
-from twip.cosim.checkpoint import Checkpoint
-from twip.cosim.experiment import time_grid
-from twip.cosim.inputs import NO_INPUTS
-from twip.cosim.log import Attachment, McapLog
+from twip.cosim import check, load, simulate
+from twip.cosim.log import playback
+from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.problems import Problems
-from twip.cosim.scenario_file import read_scenario
+from twip.cosim.run.checkpoint import Checkpoint
+from twip.cosim.run.experiment import time_grid
+from twip.cosim.scenario.inputs import NO_INPUTS
+from twip.cosim.scenario.scenario_file import read_scenario
+from twip.cosim.ssp import schemas
 from twip.errors import TwipError
 
 SLOW = 20

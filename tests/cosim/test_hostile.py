@@ -14,10 +14,11 @@ import pytest
 import zstandard
 from ssp_writer import HEAD, bind, component, edit_fmu, parameter_set, system, write
 
-from twip.cosim import check, load, playback
-from twip.cosim.checkpoint import Checkpoint
-from twip.cosim.inputs import read_inputs
+from twip.cosim import check, load
+from twip.cosim.log import playback
 from twip.cosim.problems import Problems
+from twip.cosim.run.checkpoint import Checkpoint
+from twip.cosim.scenario.inputs import read_inputs
 from twip.errors import TwipError
 
 LAUGHS = "<!DOCTYPE x [<!ENTITY a0 'ha'>" + "".join(

@@ -15,8 +15,10 @@ from c_fmu import WHAT, WHERE, chain, demand
 from ssp_writer import bind, component, connection, edit_fmu, system, write
 
 from twip.cli import main
-from twip.cosim import Table, check, isolation, load, playback, simulate
-from twip.cosim.log import McapLog
+from twip.cosim import Table, check, load, simulate
+from twip.cosim.fmus import isolation
+from twip.cosim.log import playback
+from twip.cosim.log.mcap_log import McapLog
 from twip.errors import TwipError
 
 SEGFAULT = "crashed: SIGSEGV (Segmentation fault)"

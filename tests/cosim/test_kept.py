@@ -11,7 +11,7 @@ import pytest
 from ssp_writer import component, edit_fmu, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.kept import MARKER, awaits_compiling, cache_root
+from twip.cosim.fmus.kept import MARKER, awaits_compiling, cache_root
 from twip.errors import TwipError
 
 PATIENT = f'"""Looks for {MARKER}."""'
@@ -210,7 +210,7 @@ def test_a_read_only_folder_is_used_only_with_compiled_code(patient, cache, monk
 
 def test_nothing_is_told_without_numba(patient, monkeypatch):
     told = []
-    monkeypatch.setattr("twip.cosim.starting.find_spec", lambda _: None)
+    monkeypatch.setattr("twip.cosim.run.starting.find_spec", lambda _: None)
     run(patient, notice=told.append)
     assert told == []
 
@@ -223,7 +223,7 @@ def test_nothing_is_told_of_fmus_that_do_not_compile(path):
 
 @pytest.mark.parametrize("cached", [False, True])
 def test_the_user_is_told_before_the_loop_is_compiled(path, monkeypatch, cached):
-    monkeypatch.setattr("twip.cosim.compiled_loop.is_cached", lambda: cached)
+    monkeypatch.setattr("twip.cosim.coupling.compiled_loop.is_cached", lambda: cached)
     told = []
     with load(path) as loaded:
         simulate(loaded, step_size=0.5, loop="compiled", notice=told.append)

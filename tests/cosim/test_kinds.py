@@ -6,7 +6,7 @@ import pytest
 from ssp_writer import bind, component, connection, connector, edit_fmu, linear, mapping, system, write
 
 from twip.cosim import Table, check, load, simulate
-from twip.cosim.kinds import ALLOWED, gives, refusal
+from twip.cosim.ssp.kinds import ALLOWED, gives, refusal
 
 GAIN, MIXED = "CosimGain.fmu", "CosimMixed.fmu"
 

@@ -8,7 +8,7 @@ from echo_fmu import echo3_description, pack
 from ssp_writer import component, connection, system, write
 
 from twip.cosim import check
-from twip.cosim.feedthrough import evaluation_order
+from twip.cosim.coupling.feedthrough import evaluation_order
 
 TIMES = 4
 """Growth of what is measured; linear time grows as much, quadratic time by the square of it."""

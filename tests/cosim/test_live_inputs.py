@@ -5,7 +5,7 @@ import pytest
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.live_inputs import LiveInputs, limits, open_inputs
+from twip.cosim.scenario.live_inputs import LiveInputs, limits, open_inputs
 from twip.errors import TwipError
 
 

@@ -10,8 +10,8 @@ from mcap.records import Chunk, Metadata
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
-from twip.cosim import playback
-from twip.cosim.log import Attachment, McapLog
+from twip.cosim.log import playback
+from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 

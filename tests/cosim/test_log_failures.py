@@ -16,8 +16,8 @@ from log_samples import channels
 from mcap.exceptions import EndOfFile
 from mcap.stream_reader import StreamReader
 
-from twip.cosim import playback
-from twip.cosim.log import McapLog
+from twip.cosim.log import playback
+from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 
@@ -47,7 +47,7 @@ def test_full_disk_from_the_start():
 DISK_FILLS = """
 import resource, sys
 import numpy as np
-from twip.cosim.log import McapLog
+from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 log = McapLog(sys.argv[1], [Channel("plant", (Signal("x", "Real", "m", "output"),))], {}, compression="none")
@@ -89,7 +89,7 @@ def test_disk_that_fills_up_leaves_whole_chunks(tmp_path):
 KILLED = """
 import sys, time
 import numpy as np
-from twip.cosim.log import McapLog
+from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.record import Channel, Signal
 described = [Channel(c, tuple(Signal(f"v{i}", "Real", "m", "output") for i in range(20))) for c in ("plant", "imu")]
 log = McapLog(sys.argv[1], described, {"twip": {"seed": "7"}})

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from log_samples import AWKWARD, read_by_mcap, table
 
-from twip.cosim.log import McapLog
-from twip.cosim.log_schema import PLAIN_TYPES, WIRES, descriptor, field_numbers, layout, topics, unique_identifiers
+from twip.cosim.log.log_schema import PLAIN_TYPES, WIRES, descriptor, field_numbers, layout, topics, unique_identifiers
+from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.record import Channel, Signal
 
 

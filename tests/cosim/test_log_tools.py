@@ -12,8 +12,8 @@ import pytest
 from log_samples import channels, write
 from mcap.reader import make_reader
 
-from twip.cosim import playback
-from twip.cosim.log_schema import unique_identifiers
+from twip.cosim.log import playback
+from twip.cosim.log.log_schema import unique_identifiers
 
 
 @pytest.mark.foreign

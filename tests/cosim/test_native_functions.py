@@ -7,9 +7,9 @@ import pytest
 from ssp_writer import component, connection, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.compiled_loop import CompiledLoop
-from twip.cosim.component import Instance
-from twip.cosim.native import NOT_NATIVE
+from twip.cosim.coupling.compiled_loop import CompiledLoop
+from twip.cosim.fmus.component import Instance
+from twip.cosim.fmus.native import NOT_NATIVE
 from twip.errors import TwipError
 from twip.fmi.build import build_blocks
 
@@ -85,7 +85,7 @@ def test_a_failing_block_leaves_the_same_rows_and_the_same_line(blocks, start_va
 
 
 def test_a_block_that_is_not_compiled_is_called_by_fmi(blocks, monkeypatch):
-    monkeypatch.setattr("twip.cosim.compiled_loop.native_access", lambda _: NOT_NATIVE)
+    monkeypatch.setattr("twip.cosim.coupling.compiled_loop.native_access", lambda _: NOT_NATIVE)
     through_fmi, _ = run(blocks, "compiled")
     monkeypatch.undo()
     natively, _ = run(blocks, "compiled")

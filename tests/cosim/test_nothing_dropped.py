@@ -22,8 +22,9 @@ from ssp_writer import (
     write,
 )  # fmt: skip
 
-from twip.cosim import check, load, schemas
-from twip.cosim.document import name_of
+from twip.cosim import check, load
+from twip.cosim.ssp import schemas
+from twip.cosim.ssp.document import name_of
 
 XS = "{http://www.w3.org/2001/XMLSchema}"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"

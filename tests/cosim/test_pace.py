@@ -9,8 +9,8 @@ import pytest
 from ssp_writer import component, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.interrupt_flag import InterruptFlag
-from twip.cosim.pace import Pacer, RealTime
+from twip.cosim.run.interrupt_flag import InterruptFlag
+from twip.cosim.run.pace import Pacer, RealTime
 from twip.errors import TwipError
 
 

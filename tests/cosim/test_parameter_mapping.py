@@ -215,7 +215,7 @@ def test_types_of_version_2_and_their_ranges(folder):
 @pytest.mark.parametrize("schema", [True, False])
 def test_ranges_are_checked_without_the_schemas_too(folder, monkeypatch, schema):
     if not schema:
-        monkeypatch.setattr("twip.cosim.schemas.schema_folder", lambda _: None)
+        monkeypatch.setattr("twip.cosim.ssp.schemas.schema_folder", lambda _: None)
     text = parameter_set({"m.n": ("Int8", "200")}).replace('version="1.0"', 'version="2.0"')
     (folder / "set.ssv").write_text(text)
     path = write(folder, system([component("m", MIXED)], inside=bind(source="set.ssv")), version="2.0")

@@ -14,9 +14,9 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from twip.cosim.log import Attachment, McapLog
-from twip.cosim.log_schema import FORMAT
-from twip.cosim.playback import Playback, read
+from twip.cosim.log.log_schema import FORMAT
+from twip.cosim.log.mcap_log import Attachment, McapLog
+from twip.cosim.log.playback import Playback, read
 from twip.cosim.record import Channel, Signal, columns
 from twip.errors import TwipError
 

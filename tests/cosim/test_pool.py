@@ -5,7 +5,7 @@ import pytest
 from ssp_writer import bind, component, connection, system, write
 
 from twip.cosim import InstancePool, Table, load, simulate
-from twip.cosim.component import Instance
+from twip.cosim.fmus.component import Instance
 from twip.errors import TwipError
 
 

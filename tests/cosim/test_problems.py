@@ -220,7 +220,7 @@ def test_annotations_of_others_are_ignored_with_a_warning_and_geometry_without(f
 @pytest.mark.parametrize("schema", [True, False])
 def test_meta_data_and_signatures_are_ignored_with_a_warning(folder, monkeypatch, schema):
     if not schema:
-        monkeypatch.setattr("twip.cosim.schemas.schema_folder", lambda _: None)
+        monkeypatch.setattr("twip.cosim.ssp.schemas.schema_folder", lambda _: None)
     more = '<ssc:MetaData kind="quality" type="text/plain" source="a.txt"/>'
     more += '<ssc:Signature role="authenticity" type="text/plain"><ssc:Content/></ssc:Signature>'
     path = write(folder, system([component("a", GAIN, "u>", more)]), version="2.0")
@@ -239,7 +239,7 @@ def test_all_problems_come_together(folder):
 @pytest.mark.parametrize("schema", [True, False])
 def test_version_2_is_read_with_the_same_care(folder, monkeypatch, schema):
     if not schema:
-        monkeypatch.setattr("twip.cosim.schemas.schema_folder", lambda _: None)
+        monkeypatch.setattr("twip.cosim.ssp.schemas.schema_folder", lambda _: None)
     body = a_and_b(connection("a.y -> b.u"), a_ports="u>:Float64 y<:Float64", b_ports="u> y<")
     assert check(write(folder, body, version="2.0")) == []
     wrong = body.replace('endConnector="u"', 'fluxCapacitor="u"') + "<ssd:Strange/>"
@@ -262,7 +262,7 @@ def test_version_2_is_read_with_the_same_care(folder, monkeypatch, schema):
 @pytest.mark.parametrize("namespace", ["Common", "Description"])
 def test_elements_of_another_namespace_are_no_elements_of_ssp(folder, monkeypatch, schema, namespace):
     if not schema:
-        monkeypatch.setattr("twip.cosim.schemas.schema_folder", lambda _: None)
+        monkeypatch.setattr("twip.cosim.ssp.schemas.schema_folder", lambda _: None)
     path = write(folder, a_and_b(connection("a.y -> b.u"), a_ports="u>:Real y<"), version="2.0")
     assert check(path) == []
     path.write_text(path.read_text().replace(f"SSP1/SystemStructure{namespace}", f"SSP2/SystemStructure{namespace}"))

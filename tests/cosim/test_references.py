@@ -149,7 +149,7 @@ def test_a_system_that_contains_itself_by_its_id(folder):
 
 
 def test_too_many_elements_by_reference_are_refused(folder, monkeypatch):
-    monkeypatch.setattr("twip.cosim.references.MAXIMUM_ELEMENTS", 100)
+    monkeypatch.setattr("twip.cosim.ssp.references.MAXIMUM_ELEMENTS", 100)
     for i in range(20):
         following = f"s{i + 1}.ssd"
         put(folder, f"s{i}.ssd", system([reference(n, following, ports="") for n in "ab"]))

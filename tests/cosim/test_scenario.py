@@ -10,11 +10,11 @@ import pytest
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.coupling import Coupling
-from twip.cosim.faults import Faults
-from twip.cosim.links import Conversion
-from twip.cosim.scenario import Fault
-from twip.cosim.schedule import make_schedule
+from twip.cosim.coupling.schedule import make_schedule
+from twip.cosim.coupling.scheme import Coupling
+from twip.cosim.scenario.faults import Faults
+from twip.cosim.scenario.plan import Fault
+from twip.cosim.ssp.links import Conversion
 from twip.errors import TwipError
 
 STEP = 1 / 8

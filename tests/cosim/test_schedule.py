@@ -6,9 +6,9 @@ import numpy as np
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import load
-from twip.cosim.coupling import Coupling
-from twip.cosim.feedthrough import evaluation_order
-from twip.cosim.schedule import make_schedule
+from twip.cosim.coupling.feedthrough import evaluation_order
+from twip.cosim.coupling.schedule import make_schedule
+from twip.cosim.coupling.scheme import Coupling
 
 
 def order(feedthrough, wires):

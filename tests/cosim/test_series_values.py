@@ -7,7 +7,7 @@ import pytest
 from ssp_writer import component, connection, edit_fmu, enumerations, linear, system, units, write
 
 from twip.cosim import load, simulate
-from twip.cosim.live_inputs import LiveInputs
+from twip.cosim.scenario.live_inputs import LiveInputs
 from twip.errors import TwipError
 
 STEP = 0.25

@@ -4,7 +4,7 @@ import pytest
 from ssp_writer import GAIN, a_and_b, component, connection, parameter_set, system, write
 
 from twip.cosim import Table, check, load, simulate
-from twip.cosim.live_inputs import LiveInputs
+from twip.cosim.scenario.live_inputs import LiveInputs
 from twip.errors import TwipError
 
 

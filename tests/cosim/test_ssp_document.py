@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from twip.cosim.document import ANNOTATION, IGNORED_WITH_WARNING
-from twip.cosim.elements import GRAPHICAL, IMPLEMENTATIONS, KINDS
-from twip.cosim.references import MAXIMUM_ELEMENTS, MAXIMUM_LEVELS
-from twip.cosim.schemas import schema_folder
-from twip.cosim.structure import DEFINITION, FMU, PACKAGE
-from twip.cosim.transformation import TRANSFORMATIONS
-from twip.cosim.value_types import REFUSED, TYPES
+from twip.cosim.ssp.document import ANNOTATION, IGNORED_WITH_WARNING
+from twip.cosim.ssp.elements import GRAPHICAL, IMPLEMENTATIONS, KINDS
+from twip.cosim.ssp.references import MAXIMUM_ELEMENTS, MAXIMUM_LEVELS
+from twip.cosim.ssp.schemas import schema_folder
+from twip.cosim.ssp.structure import DEFINITION, FMU, PACKAGE
+from twip.cosim.ssp.transformation import TRANSFORMATIONS
+from twip.cosim.ssp.value_types import REFUSED, TYPES
 
 TEXT = (Path(__file__).parents[2] / "docs" / "ssp.md").read_text(encoding="utf-8")
 ROWS = [

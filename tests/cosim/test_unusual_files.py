@@ -18,7 +18,8 @@ from ssp_writer import (
     write,
 )
 
-from twip.cosim import check, load, schemas, simulate
+from twip.cosim import check, load, simulate
+from twip.cosim.ssp import schemas
 from twip.errors import TwipError
 
 

@@ -4,8 +4,8 @@ from math import radians
 
 import numpy as np
 
-from twip.cosim.log import McapLog
-from twip.cosim.playback import read
+from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.log.playback import read
 from twip.cosim.record import Channel, Signal
 from twip.lab.metrics import BLOCKS, REQUIRED
 

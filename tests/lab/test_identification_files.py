@@ -5,7 +5,7 @@ import pytest
 from identification_motor import KT, Motor
 
 from twip.cosim import load
-from twip.cosim.parameter_file import parameters_of
+from twip.cosim.ssp.parameter_file import parameters_of
 from twip.errors import TwipError
 from twip.lab.identification import Recording, SteadySamples, identify
 from twip.lab.identification.columns import Columns

@@ -12,7 +12,7 @@ from identification_motor import Motor
 
 from twip.cli import parser
 from twip.cosim import load, simulate
-from twip.cosim.playback import read
+from twip.cosim.log.playback import read
 from twip.errors import TwipError
 from twip.lab.identification import experiments
 from twip.lab.identification.campaign import different_motor, with_both_ways

@@ -21,8 +21,8 @@ from robot_log import METADATA, columns
 from twip.cli import main
 from twip.commands.keyboard import keys, split
 from twip.cosim import load
-from twip.cosim.live_inputs import LiveInputs
 from twip.cosim.record import Channel, Signal
+from twip.cosim.scenario.live_inputs import LiveInputs
 from twip.errors import TwipError
 from twip.lab import live
 from twip.lab.live import LiveView

@@ -9,8 +9,8 @@ from PIL import Image
 from robot_log import robot_log, write
 
 from twip.cli import main
-from twip.cosim.log import McapLog
-from twip.cosim.playback import read
+from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.log.playback import read
 from twip.cosim.record import Channel, Signal
 from twip.cosim.texts import number_of
 from twip.errors import TwipError

@@ -7,7 +7,7 @@ import pytest
 from robot_log import robot_log, write
 
 from twip.cli import main
-from twip.cosim.playback import read
+from twip.cosim.log.playback import read
 from twip.errors import TwipError
 from twip.lab import rerun_view
 from twip.lab.metrics import BLOCKS, REQUIRED

@@ -12,8 +12,8 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from robot_log import METADATA, columns
 
-from twip.cosim.log import McapLog
-from twip.cosim.playback import read
+from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.log.playback import read
 from twip.cosim.record import Channel, Signal
 from twip.lab.rerun_view import recording, rerun
 from twip.lab.scene import One, scene

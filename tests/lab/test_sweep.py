@@ -13,7 +13,7 @@ import pyarrow.parquet as parquet
 import pytest
 from sweep_system import decayed, make_system
 
-from twip.cosim.component import Instance
+from twip.cosim.fmus.component import Instance
 from twip.errors import TwipError
 from twip.lab.sweep.axis import Axis
 from twip.lab.sweep.design import run_seed

@@ -13,7 +13,7 @@ import pytest
 from sweep_system import make_system
 
 from twip.cli import main
-from twip.cosim.playback import read
+from twip.cosim.log.playback import read
 from twip.errors import TwipError
 from twip.lab.sweep.parquet import Results
 from twip.lab.sweep.pictures import draw_map

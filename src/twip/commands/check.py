@@ -4,8 +4,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..cosim.document import Element
-from ..cosim.fmu import read_fmu
+from ..cosim.fmus.fmu import read_fmu
 from ..cosim.overview import (
     Section,
     departures,
@@ -16,12 +15,13 @@ from ..cosim.overview import (
     system_overview,
     weaknesses,
 )
-from ..cosim.preparation import prepare
 from ..cosim.problems import Place, Problems
-from ..cosim.source import read_file
-from ..cosim.ssb import read_signal_dictionary
-from ..cosim.ssm import read_parameter_mapping
-from ..cosim.ssv import read_parameter_set
+from ..cosim.run.preparation import prepare
+from ..cosim.ssp.document import Element
+from ..cosim.ssp.source import read_file
+from ..cosim.ssp.ssb import read_signal_dictionary
+from ..cosim.ssp.ssm import read_parameter_mapping
+from ..cosim.ssp.ssv import read_parameter_set
 from ..errors import TwipError
 from .experiment import declare_experiment, load_system, request
 

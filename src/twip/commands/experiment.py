@@ -4,9 +4,9 @@ import argparse
 from collections.abc import Sequence
 
 from ..cosim import System, load
-from ..cosim.algorithm import Algorithm
-from ..cosim.experiment import time_problems
-from ..cosim.preparation import Request
+from ..cosim.coupling.algorithm import Algorithm
+from ..cosim.run.experiment import time_problems
+from ..cosim.run.preparation import Request
 from ..errors import TwipError
 from .coupling import coupling_options, declare_coupling
 from .unbuilt import told_to_build

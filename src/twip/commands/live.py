@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from signal import SIGINT
 
-from ..cosim.live_inputs import LiveInputs, open_inputs
+from ..cosim.scenario.live_inputs import LiveInputs, open_inputs
 from ..cosim.system import System
 from ..errors import TwipError
 from ..lab.live import HOST, PORT, LiveView

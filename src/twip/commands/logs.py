@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from ..cosim.playback import Playback, read
+from ..cosim.log.playback import Playback, read
 from ..lab.remarks import cut_off
 
 

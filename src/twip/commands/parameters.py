@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..cosim import load
-from ..cosim.parameter_file import parameters_of, write_parameter_set
+from ..cosim.ssp.parameter_file import parameters_of, write_parameter_set
 from .paths import refuse_clashes
 from .terminal import print_rows
 from .unbuilt import told_to_build

@@ -7,13 +7,13 @@ from pathlib import Path
 from signal import SIGINT
 
 from ..cosim import CsvSink, Result, System, simulate
-from ..cosim.checkpoint import Checkpoint
-from ..cosim.experiment import TimeGrid
-from ..cosim.isolation import START_LIMIT, TIME_LIMIT
-from ..cosim.log import Attachment, McapLog
-from ..cosim.preparation import Request, grid_of, prepare
+from ..cosim.fmus.isolation import START_LIMIT, TIME_LIMIT
+from ..cosim.log.mcap_log import Attachment, McapLog
 from ..cosim.record import Sink
-from ..cosim.scenario_file import files_of
+from ..cosim.run.checkpoint import Checkpoint
+from ..cosim.run.experiment import TimeGrid
+from ..cosim.run.preparation import Request, grid_of, prepare
+from ..cosim.scenario.scenario_file import files_of
 from ..errors import TwipError
 from ..lab.scene import scene
 from . import live

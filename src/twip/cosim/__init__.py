@@ -1,9 +1,12 @@
 """Runs any system of FMUs that a System Structure and Parameterization (SSP) file describes; knows no robot."""
 
+from .fmus.pool import InstancePool
 from .load import check, load
-from .pool import InstancePool
+from .log.mcap_log import McapLog
+from .log.playback import read as read_log
 from .record import Channel, Signal, Sink
 from .results import CsvSink, Result, Table
+from .scenario.live_inputs import LiveInputs
 from .simulate import simulate
 from .system import System
 
@@ -11,6 +14,8 @@ __all__ = [
     "Channel",
     "CsvSink",
     "InstancePool",
+    "LiveInputs",
+    "McapLog",
     "Result",
     "Signal",
     "Sink",
@@ -18,5 +23,6 @@ __all__ = [
     "Table",
     "check",
     "load",
+    "read_log",
     "simulate",
 ]

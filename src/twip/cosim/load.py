@@ -6,26 +6,26 @@ from collections.abc import Mapping, Sequence
 
 from ..errors import TwipError
 from .archive import Workspace, unpack
-from .arrays import expand_arrays
-from .assembly import assemble
-from .file_kinds import SYSTEM, why_no_system
-from .fmu import file_fingerprint
-from .fmus import read_fmus
-from .parametrization import parametrize
+from .fmus.fmu import file_fingerprint
+from .fmus.of_system import read_fmus
+from .fmus.swap import Swaps
+from .fmus.swap_map import read_swap_map
 from .problems import Problems
-from .punning import tell_apart
-from .references import DEFAULT_SSD, References
-from .salvage import check_files
 from .several import PathLike, Paths, by_name, paths
-from .source import Location, is_special, read_file
-from .ssd import read_description
-from .ssv import read_parameter_file
-from .structure import components_of
-from .swap import Swaps
-from .swap_map import read_swap_map
+from .ssp.arrays import expand_arrays
+from .ssp.assembly import assemble
+from .ssp.file_kinds import SYSTEM, why_no_system
+from .ssp.parametrization import parametrize
+from .ssp.punning import tell_apart
+from .ssp.references import DEFAULT_SSD, References
+from .ssp.salvage import check_files
+from .ssp.source import Location, is_special, read_file
+from .ssp.ssd import read_description
+from .ssp.ssv import read_parameter_file
+from .ssp.structure import components_of
+from .ssp.wiring import wire
 from .system import System, cannot_share_a_process
 from .values import Value
-from .wiring import wire
 
 
 def load(

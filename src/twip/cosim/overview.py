@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 
 import fmpy.validation
 
-from .coupling import Coupling
-from .experiment import TimeGrid
-from .fmu import Fmu, Variable
+from .coupling.schedule import make_schedule
+from .coupling.scheme import Coupling
+from .fmus.fmu import Fmu, Variable
 from .plural import counted
-from .scenario import Scenario
-from .schedule import make_schedule
-from .ssb import SignalDictionary
-from .ssm import ParameterMapping
-from .ssv import ParameterSet
+from .run.experiment import TimeGrid
+from .scenario.plan import Scenario
+from .ssp.ssb import SignalDictionary
+from .ssp.ssm import ParameterMapping
+from .ssp.ssv import ParameterSet
+from .ssp.transformation import Transformation
 from .system import System
-from .transformation import Transformation
 
 _DEPARTURES = 3
 """Most warnings of an FMU's model description in the overview of a system."""

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
-from .log_event import clean
-from .messages import Message
-from .pace import RealTime
+from .coupling.variable_steps import VariableSteps
+from .fmus.messages import Message
+from .log.log_event import clean
+from .log.sole_file import InUseError, SoleFile
 from .record import TIME, Channel, columns
-from .sole_file import InUseError, SoleFile
+from .run.pace import RealTime
+from .ssp.value_types import family
 from .texts import text_of
-from .value_types import family
-from .variable_steps import VariableSteps
 
 _DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?", "String": "O"}
 """By family of the type."""

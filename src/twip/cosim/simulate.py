@@ -11,23 +11,23 @@ from importlib.util import find_spec
 
 from ..errors import TwipError
 from ..interrupts import deferred_interrupt
-from .algorithm import Algorithm
-from .checkpoint import Checkpoint, Saving, cannot_be_saved, identify
-from .coupling import Coupling
-from .delivery import Delivery, writing
-from .experiment import TimeGrid
-from .interrupt_flag import InterruptFlag
-from .isolation import TIME_LIMIT
-from .live_inputs import LiveInputs
-from .loop import PythonLoop
-from .pace import Pacer
-from .pool import InstancePool
-from .preparation import Request, prepare
+from .coupling.algorithm import Algorithm
+from .coupling.loop import PythonLoop
+from .coupling.scheme import Coupling
+from .fmus.isolation import TIME_LIMIT
+from .fmus.pool import InstancePool
 from .record import Sink
 from .results import Result, Table
-from .run import execute
-from .run_state import LoopKind, RunState
-from .scenario import Scenario
+from .run.checkpoint import Checkpoint, Saving, cannot_be_saved, identify
+from .run.delivery import Delivery, writing
+from .run.execute import execute
+from .run.experiment import TimeGrid
+from .run.interrupt_flag import InterruptFlag
+from .run.pace import Pacer
+from .run.preparation import Request, prepare
+from .run.run_state import LoopKind, RunState
+from .scenario.live_inputs import LiveInputs
+from .scenario.plan import Scenario
 from .several import by_name, names
 from .system import System
 
@@ -202,7 +202,7 @@ def _choose_loop(name: str | None, isolate: bool, coupling: Coupling) -> LoopKin
     if not compiles:
         raise TwipError("loop 'compiled' needs numba, which is not installed (pip install numba)")
     with deferred_interrupt():
-        module = import_module(".compiled_loop", __package__)  # numba takes its time to load
+        module = import_module(".coupling.compiled_loop", __package__)  # numba takes its time to load
     return LoopKind(module.CompiledLoop, module.is_cached)
 
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from .archive import Workspace, unpack
-from .fmu import Fmu, Variable
-from .kept import NotKeptError, abandon, keep
-from .links import Conversion, full_name
-from .parameters import Assignments
+from .fmus.fmu import Fmu, Variable
+from .fmus.kept import NotKeptError, abandon, keep
 from .problems import Problems
 from .record import Channel, columns
 from .several import by_name
-from .ssd import Experiment
-from .transformation import Mapping
+from .ssp.links import Conversion, full_name
+from .ssp.parameters import Assignments
+from .ssp.ssd import Experiment
+from .ssp.transformation import Mapping
 from .units import Affine
 from .values import StartValue, Value
 

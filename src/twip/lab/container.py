@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ..cosim.experiment import time_grid
+from ..cosim.run.experiment import time_grid
 from ..cosim.system import Copy, System
 from ..errors import TwipError
 from ..fmi.container import Container, write_container

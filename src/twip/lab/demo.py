@@ -6,10 +6,10 @@ from importlib.metadata import version
 from math import degrees
 from pathlib import Path
 
-from ..cosim.experiment import TimeGrid
 from ..cosim.load import load
-from ..cosim.log import Attachment, McapLog
-from ..cosim.playback import read
+from ..cosim.log.mcap_log import Attachment, McapLog
+from ..cosim.log.playback import read
+from ..cosim.run.experiment import TimeGrid
 from ..cosim.simulate import simulate
 from ..fmi.build import build_all
 from .metrics import judge

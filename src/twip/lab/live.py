@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cosim import log_event
-from ..cosim.live_inputs import LiveInputs
-from ..cosim.log import declare
-from ..cosim.log_extra import ExtraChannel
-from ..cosim.log_rows import MESSAGE_HEAD, RowBlock
-from ..cosim.log_schema import field_numbers, layout
+from ..cosim.log import log_event
+from ..cosim.log.log_extra import ExtraChannel
+from ..cosim.log.log_rows import MESSAGE_HEAD, RowBlock
+from ..cosim.log.log_schema import field_numbers, layout
+from ..cosim.log.mcap_log import declare
 from ..cosim.record import Channel
+from ..cosim.scenario.live_inputs import LiveInputs
 from ..errors import TwipError
 from .scene import scene
 from .scene.text import TextChannel

@@ -11,7 +11,7 @@ from math import degrees
 
 import numpy as np
 
-from ..cosim.playback import Playback
+from ..cosim.log.playback import Playback
 from ..errors import TwipError
 from .metrics import SIDES, is_robot
 from .numbers import Array

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ..cosim import several
-from ..cosim.playback import Playback
+from ..cosim.log.playback import Playback
 from ..errors import TwipError
 from .drawing import label, legend, look, picture
 from .endings import check_ending

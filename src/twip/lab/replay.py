@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cosim.playback import Playback, read
+from ..cosim.log.playback import Playback, read
 from ..errors import TwipError
 from ..fmi.declare import Variable
 from ..fmi.replay import Recording, write_replay

@@ -16,9 +16,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..cosim.log import McapLog
-from ..cosim.log_schema import unique_identifiers
-from ..cosim.playback import Playback, read
+from ..cosim.log.log_schema import unique_identifiers
+from ..cosim.log.mcap_log import McapLog
+from ..cosim.log.playback import Playback, read
 from ..cosim.record import Channel
 from ..errors import TwipError
 from .drawing import INK, PALETTE, look

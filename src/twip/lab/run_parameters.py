@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ..cosim.playback import Playback
+from ..cosim.log.playback import Playback
 from ..errors import TwipError
 from ..robot.parameters import PARAMETERS, Parameter
 

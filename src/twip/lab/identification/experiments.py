@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...cosim.experiment import TimeGrid
 from ...cosim.load import load
-from ...cosim.log import Attachment, McapLog
+from ...cosim.log.mcap_log import Attachment, McapLog
 from ...cosim.record import columns
 from ...cosim.results import Table
+from ...cosim.run.experiment import TimeGrid
 from ...cosim.simulate import simulate
 from ...robot.parameters import value
 from .recording import Array

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ...cosim.parameter_file import Entry, write_parameter_set
+from ...cosim.ssp.parameter_file import Entry, write_parameter_set
 from ...cosim.units import BASE_UNITS, Unit
 from ...fmi.units import UNITS
 from ...robot.parameters import value

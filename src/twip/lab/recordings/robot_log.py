@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.log_open import DECODING_ERRORS, bytes_of, damage_told, reason_of
-from ...cosim.log_scan import BODY_HEAD, DamagedError, Scan, scan
+from ...cosim.log.log_open import DECODING_ERRORS, bytes_of, damage_told, reason_of
+from ...cosim.log.log_scan import BODY_HEAD, DamagedError, Scan, scan
 from ...errors import TwipError
 from . import protobuf, ros2
 from .fields import MOST_LISTED, Steps, listed, locate, pick

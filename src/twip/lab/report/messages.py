@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ...cosim.log_event import LEVELS
-from ...cosim.playback import Playback
+from ...cosim.log.log_event import LEVELS
+from ...cosim.log.playback import Playback
 from ...cosim.plural import counted
 
 MOST_MESSAGES = 100

@@ -8,7 +8,7 @@ The floor is drawn level: a slope turns no frame.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...cosim.log_extra import ExtraChannel
+from ...cosim.log.log_extra import ExtraChannel
 from ...cosim.record import Channel, columns
 from ..run_parameters import number
 from .text import TextChannel

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ...cosim import several
-from ...cosim.fmu import file_fingerprint
+from ...cosim.fmus.fmu import file_fingerprint
 from ...cosim.load import load
-from ...cosim.parameter_file import parameters_of
+from ...cosim.ssp.parameter_file import parameters_of
 from ...cosim.system import System
 from ...cosim.values import Value
 from ...errors import TwipError

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...cosim.fmus.pool import InstancePool
 from ...cosim.load import load
-from ...cosim.log import McapLog
-from ...cosim.pool import InstancePool
+from ...cosim.log.mcap_log import McapLog
 from ...cosim.results import Table
 from ...cosim.simulate import simulate
 from ...cosim.system import System

@@ -1,0 +1,1 @@
+"""Coupling: what a communication step is, in which order, in plain and in compiled code."""

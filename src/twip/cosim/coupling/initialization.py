@@ -1,0 +1,139 @@
+"""Brings all instances to the start time with connected values that agree."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...errors import TwipError
+from ..fmus.component import ComponentError
+from ..fmus.face import InstanceFace, PortsFace
+from ..problems import Place
+from ..ssp.value_types import family
+from ..system import ParameterLink, System
+from ..texts import text_of
+from ..values import StartValue, Value
+from .connection_copy import copy_value
+from .execution import Vector
+from .first_values import read_in_order
+from .fixed_point import Acceleration
+from .schedule import Schedule
+
+MAXIMUM_PASSES = 100
+_TOLERANCE = 1e-12
+"""Relative to a variable's magnitude or nominal value: a few dozen roundings of a double."""
+
+
+def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: dict[int, float]) -> None:
+    """Do the copies of one stage; those that `copy_value` does not do are added to `refused`, with their value."""
+    for copy in range(schedule.stage_copies[stage], schedule.stage_copies[stage + 1]):
+        value = copy_value(schedule, copy, values)
+        if value is not None:
+            refused[copy] = value
+
+
+def pass_parameters(
+    links: Sequence[ParameterLink], instances: Mapping[str, InstanceFace], values: Vector
+) -> list[tuple[str, str]]:
+    """Set the parameters that other components calculate; return the links whose value they cannot take, and why."""
+    unfit = []
+    for link in links:
+        value = link.conversion(values[link.source])
+        if value is None or not math.isfinite(value):
+            why = "the value is no item of the enumeration" if value is None else f"gave {value:g}, which is not finite"
+            unfit.append((link.label, why))
+            continue
+        typed: Value = value if family(link.variable.type) == "Real" else int(value)
+        if link.variable.type in ("Boolean", "String"):
+            typed = bool(value) if link.variable.type == "Boolean" else text_of(value)
+        instances[link.component].set_value(StartValue(link.variable, typed, Place(link.label)))
+    return unfit
+
+
+def _refuse(schedule: Schedule, refused: Mapping[int, float], time: float) -> None:
+    for copy, value in refused.items():
+        raise schedule.refusal(copy, value, time)
+
+
+def initialize(
+    system: System,
+    schedule: Schedule,
+    instances: Sequence[InstanceFace],
+    ports: Sequence[PortsFace],
+    values: Vector,
+    driven: dict[int, float],
+    times: tuple[float, float],
+) -> list[str]:
+    """Set start values, propagate outputs to inputs until nothing changes, leave initialization mode; the vector then
+    holds row 0.
+
+    `schedule` must be the Gauss–Seidel one: its order has what feeds a component before it. `driven` holds the
+    values at the start time of the columns that the caller's inputs write. Returns warnings: the signals of a loop that
+    does not settle.
+    """
+    for instance in instances:
+        instance.setup(*times)
+    for port in ports:
+        port.read_inputs()
+    for connector in system.open_connectors:
+        if connector.start is not None:
+            values[connector.column] = connector.start
+        elif connector.mirrored is not None:
+            shown = connector.mirrored.inverse(values[connector.mirrored.destination])
+            values[connector.column] = shown if math.isfinite(shown) else 0.0
+    for column, value in driven.items():
+        values[column] = value
+    read_in_order(system, schedule, ports, values)
+    stages = len(schedule.stage_order) - 1
+    nominal = [v.nominal for c in system.components for v in c.inputs + c.outputs]
+    changing: list[int] = []
+    refused: dict[int, float] = {}
+    unfit: list[tuple[str, str]] = []
+    by_name = {instance.name: instance for instance in instances}
+    start, row = list(values), np.ctypeslib.as_array(values)
+    outputs = np.flatnonzero([v.causality != "input" for c in system.components for v in c.inputs + c.outputs])
+    # handing values around settles loops that contract; from the start again and accelerated, others settle too
+    for acceleration in (None, Acceleration(schedule.nominal[outputs] > 0.0)):
+        values[:] = start
+        try:
+            for number in range(MAXIMUM_PASSES):
+                before = list(values)
+                guess = row[outputs].copy()
+                refused.clear()
+                if number > 0:  # what they come from has been read
+                    unfit = pass_parameters(system.parameter_links, by_name, values)
+                for stage in range(stages):
+                    copy_stage(schedule, stage, values, refused)
+                    for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
+                        ports[i].set_inputs()
+                        ports[i].get_outputs()
+                found = row[outputs]
+                changing = [
+                    i
+                    for i, scale in enumerate(nominal)
+                    if abs(values[i] - before[i]) > _TOLERANCE * max(abs(values[i]), scale)
+                ]
+                if not changing and (number > 0 or not system.parameter_links):
+                    break
+                if acceleration is not None:
+                    scale = np.maximum(np.abs(found), schedule.nominal[outputs])
+                    row[outputs] = acceleration.propose(guess, found, scale)
+        except ComponentError as failure:
+            if acceleration is not None or not schedule.loops or not failure.repeatable:
+                raise
+            continue
+        if not changing and not refused:
+            break
+    _refuse(schedule, refused, times[0])
+    for label, why in unfit:
+        raise TwipError(f"{label} failed at t = {times[0]:.12g} s: {why}")
+    for instance in instances:
+        instance.finish_initialization()
+    for port in ports:
+        port.get_outputs()
+    copy_stage(schedule, stages - 1, values, refused)
+    _refuse(schedule, refused, times[0])
+    if not changing:
+        return []
+    names = system.columns
+    return [f"initial values do not settle within {MAXIMUM_PASSES} passes: {', '.join(names[i] for i in changing)}"]

@@ -1,0 +1,1 @@
+"""FMUs: their model descriptions, instances, processes and the moving of their values."""

@@ -1,0 +1,1 @@
+"""Logs as MCAP: written while a run goes on, read back afterwards."""

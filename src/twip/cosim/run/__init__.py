@@ -1,0 +1,1 @@
+"""One run: prepared, started, stepped, paced, saved and freed."""

@@ -1,0 +1,45 @@
+"""Hands the rows and messages of a run to its sinks."""
+
+import contextlib
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import TwipError
+from ..fmus.messages import Message
+from ..record import Sink
+
+
+@contextlib.contextmanager
+def writing() -> Iterator[None]:
+    """Turn a failure to write results into a `TwipError`."""
+    try:
+        yield
+    except OSError as error:
+        raise TwipError(f"{error.filename or 'the results'}: cannot be written ({error.strerror or error})") from None
+
+
+class Delivery:
+    """The sinks of a run, and the messages that they have not got yet."""
+
+    def __init__(self, sinks: Sequence[Sink]):
+        self._sinks = sinks
+        self.messages: list[Message] = []
+        """To be told next, in this order."""
+
+    def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
+        """Pass on finished rows (n, columns) at `times` (n,) in s, then what there is to tell."""
+        with writing():
+            for sink in self._sinks:
+                if len(times):
+                    sink.write(times, rows)
+        self.tell()
+
+    def tell(self) -> None:
+        """Pass on the messages."""
+        messages, self.messages[:] = list(self.messages), []
+        with writing():
+            for message in messages:
+                for sink in self._sinks:
+                    sink.event(message.time, message.level, message.source, message.text)

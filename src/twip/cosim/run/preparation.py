@@ -1,0 +1,86 @@
+"""What is checked between a loaded system and its run: times, coupling and scenario, all problems told together."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from ...errors import TwipError
+from ..coupling.algorithm import Algorithm
+from ..coupling.rollback import repeatable
+from ..coupling.scheme import Coupling, find_problems
+from ..problems import Problems
+from ..scenario.fault_timing import check_own_steps
+from ..scenario.plan import Scenario
+from ..scenario.scenario_file import read_scenario
+from ..system import System, cannot_share_a_process
+from .experiment import TimeGrid, time_grid
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What somebody wants of a run; None where the system's description decides. Times in s."""
+
+    start_time: float | None = None
+    stop_time: float | None = None
+    step_size: float | None = None
+    algorithm: Algorithm = field(default_factory=Algorithm)
+    input_file: str | os.PathLike[str] | None = None
+    scenario: str | os.PathLike[str] | None = None
+    isolate: bool = False
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What a run of a system will be."""
+
+    grid: TimeGrid
+    coupling: Coupling
+    scenario: Scenario
+
+
+def prepare(system: System, request: Request) -> Preparation:
+    """Return what a run will be. Raises `TwipError` with one line per problem."""
+    problems = Problems()
+    if not request.isolate:
+        for line in cannot_share_a_process(system):
+            problems.add(line)
+    grid = _told(problems, lambda: grid_of(system, request))
+    coupling = _coupling(system, grid, request.algorithm.over(system.experiment.algorithm), problems)
+    scenario = read_scenario(request.scenario, request.input_file, system, grid, problems)
+    if coupling is not None and coupling.control is not None and scenario.faults:
+        problems.add("faults of the scenario need equal steps, but with a tolerance they vary")
+    if coupling is not None:
+        check_own_steps(system, coupling, scenario, problems)
+    problems.raise_any()
+    if grid is None or coupling is None:
+        raise RuntimeError("a run without times or coupling has problems")
+    return Preparation(grid, coupling, scenario)
+
+
+def grid_of(system: System, request: Request) -> TimeGrid:
+    """Return the times of the run alone. Raises `TwipError`."""
+    return time_grid(system, request.start_time, request.stop_time, request.step_size, request.algorithm.tolerance)
+
+
+def _coupling(system: System, grid: TimeGrid | None, chosen: Algorithm, problems: Problems) -> Coupling | None:
+    if grid is None:
+        for line, _ in find_problems(chosen, system.components, system.copies, system.columns):
+            problems.add(line)
+        return None
+    coupling = _told(problems, lambda: Coupling.of(system, grid, chosen))
+    if coupling is not None:
+        _told(problems, lambda: repeatable(system, coupling))
+    return coupling
+
+
+def _told(problems: Problems, make: Callable[[], T]) -> T | None:
+    """Return what `make` gives; its failure is a problem."""
+    try:
+        return make()
+    except TwipError as error:
+        for line in str(error).splitlines():
+            problems.add(line)
+        return None

@@ -1,0 +1,1 @@
+"""What is done to a system during a run: inputs over time, changes of parameters, faults."""

@@ -1,0 +1,189 @@
+"""Carries out the faults of a scenario, in every loop alike: faults are copies whose factor and offset change between
+two chunks.
+
+Each failing connection gets hidden columns behind the recorded ones, two per fault: what arrives at the fault, and the
+past of that. The connection then leads to the first fault's column, each fault's copy to the next one's, the last copy
+to the input:
+
+    source → arrived₁ → arrived₂ → … → input          a fault that does not act copies as it is
+
+stuck    value = constant                             the given value, or the last one that left the fault
+bias     value = arrived + constant
+noise    value = arrived + a new constant per step
+dropout  value = arrived, or, if it is lost, the last one that left the fault
+delay    value = past: what arrived n steps before    before the first step: what the input was initialized with
+"""
+
+import dataclasses
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import TwipError
+from ..coupling.schedule import Schedule
+from ..ssp.links import Conversion
+from .plan import Fault
+
+_PER_COPY = ("destination", "source", "factor", "offset", "middle", "owner", "copy_every")
+"""Arrays of a schedule with one entry per copy."""
+
+
+@dataclass
+class Failing:
+    """One fault of one connection."""
+
+    fault: Fault
+    destination: int
+    """Column of the input."""
+    convert: Conversion
+    """From a value of the fault's signal to one of the column."""
+    arrived: int
+    past: int
+    """Hidden columns."""
+    copy: int = -1
+    """Index of the copy that is the fault; set when the schedule is planned."""
+    history: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """What arrived in the last n steps (n,), for a delay of n steps."""
+
+
+class Faults:
+    """The faults of one run."""
+
+    def __init__(self, faults: Sequence[Fault], schedule: Schedule):
+        """Plan them: `schedule` becomes the one to execute, with `columns` recorded ones first."""
+        self.recorded = schedule.columns
+        pairs = [(fault, target) for fault in faults for target in fault.targets]
+        self._failing = [
+            Failing(fault, *target, self.recorded + 2 * i, self.recorded + 2 * i + 1)
+            for i, (fault, target) in enumerate(pairs)
+        ]
+        self.schedule = _insert(schedule, self._failing) if pairs else schedule
+        self._delays = [failing for failing in self._failing if failing.fault.kind == "delay"]
+        self.driven = np.array([failing.past for failing in self._delays], np.int32)
+        """Columns that `past` is for."""
+
+    def initialize(self, row: NDArray[np.float64]) -> None:
+        """Begin at the start time with the initialized values `row` (columns,), and fill its hidden columns."""
+        for failing in self._failing:
+            row[[failing.arrived, failing.past]] = row[failing.destination]
+        for delay in self._delays:
+            delay.history = np.full(delay.fault.delay, row[delay.destination])
+
+    def hidden(self, columns: Sequence[int]) -> list[int]:
+        """Return the hidden columns that hold values on their way to one of `columns`."""
+        return [
+            c for failing in self._failing if failing.destination in columns for c in (failing.arrived, failing.past)
+        ]
+
+    @property
+    def memory(self) -> NDArray[np.float64]:
+        """What a checkpoint must keep beside the row: the histories, one after the other."""
+        return np.concatenate([np.zeros(0), *(delay.history for delay in self._delays)])
+
+    def restore(self, memory: NDArray[np.float64]) -> None:
+        """Take over the `memory` of the same faults."""
+        ends = np.cumsum([delay.fault.delay for delay in self._delays], dtype=np.int64)
+        for delay, history in zip(self._delays, np.split(memory, ends[:-1]), strict=True) if self._delays else ():
+            delay.history = history.copy()
+
+    def begin(self, step: int, row: NDArray[np.float64]) -> list[str]:
+        """Prepare the steps from number `step` on; `row` holds the last values. Return what begins and ends now."""
+        plan, told = self.schedule, dict[str, None]()
+        for failing in self._failing:
+            fault, copy = failing.fault, failing.copy
+            plan.source[copy], plan.factor[copy], plan.offset[copy] = failing.arrived, 1.0, -0.0
+            if fault.first <= step < fault.last:
+                held = float(row[plan.destination[copy]])
+                self._act(failing, step, held)
+            if fault.first < fault.last and step in (fault.first, fault.last):
+                told[f"fault {'begins' if step == fault.first else 'ends'}: {fault}"] = None
+        return list(told)
+
+    def _act(self, failing: Failing, step: int, held: float) -> None:
+        """Let a fault act in the step number `step`; `held` is the last value that left it."""
+        plan, fault, copy = self.schedule, failing.fault, failing.copy
+        if fault.kind == "stuck":
+            value = None if fault.size is None else failing.convert(fault.size)
+            plan.factor[copy], plan.offset[copy] = 0.0, held if value is None else value
+        elif fault.kind == "bias":
+            plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0)
+        elif fault.kind == "noise":
+            plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0) * _normal(fault, step)
+        elif fault.kind == "dropout":
+            if fault.size == 1.0 or _generator(fault, step).random() < (fault.size or 0.0):
+                plan.factor[copy], plan.offset[copy] = 0.0, held
+        else:
+            plan.source[copy] = failing.past
+
+    def until(self, step: int, last: int) -> int:
+        """Return after how many steps, more than `step` and at most `last`, `begin` must be called next."""
+        for failing in self._failing:
+            fault = failing.fault
+            if step < fault.first:
+                last = min(last, fault.first)
+            elif step < fault.last:
+                each = fault.kind == "noise" or (fault.kind == "dropout" and fault.size != 1.0)
+                last = min(last, fault.last, step + 1 if each else fault.last)
+                if fault.kind == "delay":
+                    last = min(last, step + fault.delay)
+        return last
+
+    def past(self, count: int) -> NDArray[np.float64]:
+        """Return the values of `driven` (count, delays) for the next `count` steps."""
+        table = np.zeros((count, len(self._delays)))
+        for column, delay in enumerate(self._delays):
+            known = delay.history[:count]
+            table[: len(known), column] = known
+        return table
+
+    def record(self, rows: NDArray[np.float64]) -> None:
+        """Remember what arrived in finished steps, `rows` (n, columns)."""
+        for delay in self._delays:
+            size = len(delay.history)
+            delay.history = np.concatenate([delay.history, rows[:, delay.arrived]])[-size:]
+
+
+def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
+    """Return the schedule with a copy per fault behind the copy of its connection."""
+    chains: dict[int, list[Failing]] = {}
+    for item in failing:
+        chains.setdefault(item.destination, []).append(item)
+    ends = schedule.destination.tolist()
+    for item in failing:
+        if item.destination not in ends:
+            raise TwipError(f"{item.fault}: nothing is copied to {schedule.names[item.destination]}, it cannot fail")
+    lengths = [1 + len(chains.get(end, ())) for end in ends]
+    first = np.cumsum([0, *lengths], dtype=np.int32)
+    repeated: dict[str, Any] = {name: np.repeat(getattr(schedule, name), lengths) for name in _PER_COPY}
+    columns, stages = schedule.columns + 2 * len(failing), first[schedule.stage_copies]
+    repeated["mappings"] = {int(first[copy]): mapping for copy, mapping in schedule.mappings.items()}
+    repeated["labels"] = tuple(label for label, n in zip(schedule.labels, lengths, strict=True) for _ in range(n))
+    repeated["names"] = schedule.names + tuple(schedule.names[item.destination] for item in failing for _ in range(2))
+    repeated["nominal"] = np.concatenate([schedule.nominal, np.zeros(2 * len(failing))])
+    plan = dataclasses.replace(schedule, columns=columns, stage_copies=stages, **repeated)
+    for at, end in zip(first.tolist(), ends, strict=False):
+        chain = chains.get(end, [])
+        for copy, item in enumerate(chain, at + 1):
+            item.copy = copy
+            plan.destination[copy - 1] = plan.source[copy] = item.arrived
+            plan.destination[copy] = end
+            plan.factor[copy], plan.offset[copy], plan.middle[copy] = 1.0, -0.0, False
+            plan.owner[copy] = len(plan.components)
+    return plan
+
+
+def _generator(fault: Fault, step: int) -> random.Random:
+    """Return what makes the random numbers of a step; they depend on seed, signal, place in the file and step alone."""
+    return random.Random(f"{fault.seed} {fault.signal} {fault.name} {step}")
+
+
+def _normal(fault: Fault, step: int) -> float:
+    """Return a normally distributed number (Box and Muller 1958)."""
+    generator = _generator(fault, step)
+    radius = math.sqrt(-2.0 * math.log(1.0 - generator.random()))
+    return radius * math.cos(2.0 * math.pi * generator.random())

@@ -1,0 +1,1 @@
+"""System structures: SSP files read, checked and flattened to components, connections and parameters."""
