@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..lab.animation import APART, FORMATS, animate
-from .logs import read_log
+from .logs import declare_apart, declare_others, read_log
 from .paths import made_from
 from .terminal import print_rows
 
@@ -21,23 +21,8 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
     parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of the robot")
-    parser.add_argument(
-        "--with",
-        dest="others",
-        nargs="+",
-        action="extend",
-        type=Path,
-        default=[],
-        metavar="LOG.mcap",
-        help="logs to compare with",
-    )
-    parser.add_argument(
-        "--apart",
-        type=float,
-        default=APART,
-        metavar="M",
-        help=f"between the robots of compared logs, in m; 0 draws each where it is; default: {APART:g}",
-    )
+    declare_others(parser)
+    declare_apart(parser, APART)
     parser.add_argument("--from", dest="start", type=float, metavar="S", help="first time in s; default: the log's")
     parser.add_argument("--to", dest="stop", type=float, metavar="S", help="last time in s; default: the log's")
     parser.add_argument("--rate", type=float, default=20.0, metavar="HZ", help="frames per second; default: 20")

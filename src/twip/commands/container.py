@@ -8,7 +8,7 @@ from ..cosim import load
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
 from ..lab.endings import check_ending
-from .experiment import pairs
+from .experiment import declare_values, pairs
 from .paths import refuse_clashes
 from .terminal import print_rows
 from .unbuilt import told_to_build
@@ -39,22 +39,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="step of the inside in s; default: the system's, else the smallest of its FMUs",
     )
-    parser.add_argument(
-        "--start-values",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar=("NAME", "VALUE"),
-        help="start values of component.variable, in the variable's unit; default: the system's",
-    )
-    parser.add_argument(
-        "--parameters",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar="FILE.ssv",
-        help="parameter sets with names component.variable, a later one wins; default: none",
-    )
+    declare_values(parser)
     parser.set_defaults(run=run)
 
 

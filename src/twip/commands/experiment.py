@@ -12,6 +12,26 @@ from .coupling import coupling_options, declare_coupling
 from .unbuilt import told_to_build
 
 
+def declare_values(parser: argparse.ArgumentParser) -> None:
+    """Declare what the variables begin with."""
+    parser.add_argument(
+        "--start-values",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="start values of component.variable, in the variable's unit; default: the system's",
+    )
+    parser.add_argument(
+        "--parameters",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="FILE.ssv",
+        help="parameter sets with names component.variable; a later one wins; default: none",
+    )
+
+
 def declare_experiment(parser: argparse.ArgumentParser) -> None:
     """Declare what is to be run: values, times, inputs, coupling."""
     parser.add_argument(
@@ -25,22 +45,7 @@ def declare_experiment(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="communication step in s; default: the system's, else the smallest of its FMUs",
     )
-    parser.add_argument(
-        "--start-values",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar=("NAME", "VALUE"),
-        help="start values of component.variable, in the variable's unit",
-    )
-    parser.add_argument(
-        "--parameters",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar="FILE.ssv",
-        help="parameter sets with names component.variable; a later one wins",
-    )
+    declare_values(parser)
     parser.add_argument(
         "--swap",
         nargs="+",

@@ -1,10 +1,36 @@
 """Reads the logs that a command is given, and says where one is cut off."""
 
+import argparse
 import sys
 from pathlib import Path
 
 from ..cosim.log.playback import Playback, read
 from ..lab.remarks import cut_off
+
+
+def declare_others(parser: argparse.ArgumentParser) -> None:
+    """Declare the logs that one is compared with."""
+    parser.add_argument(
+        "--with",
+        dest="others",
+        nargs="+",
+        action="extend",
+        type=Path,
+        default=[],
+        metavar="LOG.mcap",
+        help="logs to compare with",
+    )
+
+
+def declare_apart(parser: argparse.ArgumentParser, default: float) -> None:
+    """Declare how far the robots of compared logs stand apart, in m."""
+    parser.add_argument(
+        "--apart",
+        type=float,
+        default=default,
+        metavar="M",
+        help=f"between the robots of compared logs, in m; 0 shows each where it is; default: {default:g}",
+    )
 
 
 def read_log(path: Path) -> Playback:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..lab.plot import FORMATS, plot
-from .logs import read_log
+from .logs import declare_others, read_log
 from .paths import made_from
 from .terminal import print_rows
 
@@ -28,16 +28,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="SIGNAL",
         help="component.variable, * and ? stand for any text and letter; default: the usual panels",
     )
-    parser.add_argument(
-        "--with",
-        dest="others",
-        nargs="+",
-        action="extend",
-        type=Path,
-        default=[],
-        metavar="LOG.mcap",
-        help="logs to compare with",
-    )
+    declare_others(parser)
     parser.add_argument("--degrees", action="store_true", help="draw the given signals in ° where the log has rad")
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="FILE.png, .svg or .pdf; default: beside the log, with the ending .png"

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from ..lab.rerun_view import APART, FORMATS, recording, rerun
-from .logs import read_log
+from .logs import declare_apart, declare_others, read_log
 from .paths import made_from
 from .terminal import print_rows
 
@@ -24,23 +24,8 @@ def declare(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.description = DESCRIPTION
     parser.add_argument("log", type=Path, metavar="LOG.mcap", help="a log of twip")
-    parser.add_argument(
-        "--with",
-        dest="others",
-        nargs="+",
-        action="extend",
-        type=Path,
-        default=[],
-        metavar="LOG.mcap",
-        help="logs to compare with",
-    )
-    parser.add_argument(
-        "--apart",
-        type=float,
-        default=APART,
-        metavar="M",
-        help=f"between the robots of compared logs, in m; 0 shows each where it is; default: {APART:g}",
-    )
+    declare_others(parser)
+    declare_apart(parser, APART)
     parser.add_argument(
         "--out",
         type=Path,
