@@ -160,7 +160,7 @@ def test_no_terminal_no_keys(monkeypatch):
 
 def test_without_foxglove_the_extra_is_named(monkeypatch):
     monkeypatch.setattr(live, "find_spec", lambda _: None)
-    with pytest.raises(TwipError, match=r"pip install 'twip\[view\]'"):
+    with pytest.raises(TwipError, match=r"pip install -e '.\[view\]'"):
         LiveView([], {}, Inputs())
 
 

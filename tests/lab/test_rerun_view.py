@@ -26,7 +26,7 @@ def test_without_rerun_the_extra_is_named(tmp_path, monkeypatch, capsys):
     path = robot_log(tmp_path / "robot.mcap", 0.1).path
     monkeypatch.setattr(rerun_view.shutil, "which", lambda *_, **__: None)
     assert main(["view", str(path)]) == 1
-    assert "pip install 'twip[view]'" in capsys.readouterr().err
+    assert "pip install -e '.[view]'" in capsys.readouterr().err
 
 
 @pytest.mark.foreign

@@ -148,7 +148,7 @@ def test_what_is_no_result_of_a_sweep_gets_one_line(folder, capsys, monkeypatch)
     assert capsys.readouterr().err == "twip: --repeat: x.parquet is there already: it is only drawn\n"
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     assert sweep("--repeat", "3", *USUAL) == 1
-    assert "pip install 'twip[sweep]'" in capsys.readouterr().err
+    assert "pip install -e '.[sweep]'" in capsys.readouterr().err
 
 
 def test_ctrl_c_says_how_to_go_on(folder):
