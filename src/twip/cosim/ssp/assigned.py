@@ -1,14 +1,13 @@
 """Values that have found their target: variables of FMUs, and connectors of systems with all that is behind them."""
 
-import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..fmus.scalar_types import EXACT, misfit, to_float32
 from ..fmus.variable import Variable
 from ..problems import Place, Problems
 from ..units import Unit
 from ..values import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, take
-from .kinds import GIVING
+from .kinds import GIVING, PARAMETERS
 from .links import Conversion, Key, Port, convert_along, full_name
 from .value_types import family
 from .wiring import Wiring
@@ -23,6 +22,10 @@ class Assigned:
     variables: dict[Key, StartValue] = field(default_factory=dict)
     connectors: dict[Key, float] = field(default_factory=dict)
     """Values given to system connectors, in the connector's unit."""
+    postponed: list[tuple[Port, Written]] | None = field(default_factory=list)
+    """Values for parameters of systems, which come after all bindings of the description; None from then on."""
+    bound: dict[Key, Written] = field(default_factory=dict)
+    """What a binding of the description gives a value to, and the last such value."""
 
     def of(self, path: str) -> tuple[StartValue, ...]:
         """Return the start values of the component at a dotted path."""
@@ -30,11 +33,16 @@ class Assigned:
 
     def assign(self, key: Key, target: Variable | Port, written: Written, before: Variable | None = None) -> None:
         """Give a target what is written; `before` is the variable that it was written for, if another."""
+        if self.postponed is not None:
+            self.bound[key] = written
+            if isinstance(target, Port) and target.kind in PARAMETERS:
+                self.postponed.append((target, written))
+                return
         if isinstance(target, Port):
             self._forward(target, written)
             return
-        place = dataclasses.replace(written.place, component=key[0])
-        written = dataclasses.replace(written, place=place)
+        place = replace(written.place, component=key[0])
+        written = replace(written, place=place)
         if target.obstacle:
             self.problems.add(f"{target.name} cannot be set: {target.obstacle}", place)
             return
@@ -47,6 +55,33 @@ class Assigned:
             if value is None:
                 self.problems.add(f"{target.name} = {written.text!r}: the enumeration has no item {label} now", place)
         self.set_variable(key, target, value, place)
+
+    def apply_connections(self) -> None:
+        """Give what parameters of systems feed their values: a connection wins over bindings of what it leads to.
+
+        Of several on one way the outermost that has a value counts.
+        """
+        postponed, self.postponed = self.postponed or [], None
+        outer = {port.key for port, _ in postponed}
+        for key, link in self.wiring.links.items():
+            calculated = link.source.variable is not None and link.edges[-1].target.kind in PARAMETERS
+            giving = (edge.source.key for edge in link.edges if edge.source.key in outer)
+            source = link.source.key if calculated else next(giving, None)
+            if source is not None and key in self.bound:
+                self._tell_overridden(link.edges[-1].target, source)
+        for port, written in sorted(postponed, key=lambda item: -self._depth(item[0])):
+            self._forward(port, written)
+
+    def _tell_overridden(self, target: Port, source: Key) -> None:
+        written, name = self.bound[target.key], full_name(target.key)
+        place = written.place if target.variable is None else replace(written.place, component=target.key[0])
+        connection = f"{full_name(source)} → {name}"
+        self.problems.warn(f"{name} = {written.text} is overridden by the connection {connection}", place)
+
+    def _depth(self, port: Port) -> int:
+        """Return the number of connections from the beginning of a value to a connector."""
+        link = self.wiring.links.get(port.key)
+        return 0 if link is None else len(link.edges)
 
     def unit_of(self, key: Key, variable: Variable) -> Unit | None:
         """Return the unit of a variable's values: its own, else that of its connector."""
@@ -91,7 +126,7 @@ class Assigned:
             variable = link.edges[-1].target.variable
             converted = convert_along(link.edges[first:], self.problems, port.unit or written.unit)
             if variable is not None and converted is not None:
-                own = dataclasses.replace(place, component=key[0])
+                own = replace(place, component=key[0])
                 label = f"{name} → {full_name(key)}"
                 inner = value if isinstance(value, str) else self.converted(converted, value, variable, label, own)
                 self.set_variable(key, variable, inner, own)
@@ -114,7 +149,7 @@ class Assigned:
         before: Value = link.conversion.inverse(value)
         if family(type_) != "Real":
             before = int(before)
-        place = dataclasses.replace(written.place, component=link.source.key[0])
+        place = replace(written.place, component=link.source.key[0])
         self.set_variable(link.source.key, variable, bool(before) if type_ == "Boolean" else before, place)
 
     def converted(

@@ -42,6 +42,8 @@ ALLOWED: frozenset[tuple[End, End]] = frozenset(
 """Source and target of every allowed connection."""
 GIVING = ("input", "parameter", "structuralParameter")
 """Kinds of system connectors through which values come into the system."""
+PARAMETERS = ("parameter", "structuralParameter")
+"""Kinds of connectors whose value is that of the whole run."""
 
 
 def gives(end: End) -> bool:

@@ -1,8 +1,9 @@
 """Applies all parameters and start values of a system in their order of precedence.
 
-Lowest first (SSP 1.0 section 5.2.3): bindings of components, of inner systems, of the outermost system (a later binding
-before an earlier one), connections from constants, parameter files of the caller in their order, start values of the
-caller.
+Lowest first: bindings of components, of inner systems, of the outermost system (each in the order of the file; SSP 1.0
+section 5.2.3), connections from parameters of inner systems, of the outermost system and from constants, parameter
+files of the caller in their order, start values of the caller. The standard ranks bindings among each other; what is
+connected takes its value from the connection wherever a binding for it stands.
 """
 
 import pathlib
@@ -57,6 +58,7 @@ def parametrize(
             if parameters is not None and whole:
                 scope = Scope(path, binding.prefix, binding.document.units)
                 apply_set(assignments, parameters, scope, mapping)
+    assignments.apply_connections()
     assignments.apply_constants()
     for file in files:
         given = read_parameter_file(file, file.name if file.is_file() else str(file), problems)
