@@ -72,3 +72,26 @@ def test_the_stribeck_set_is_tables_2_and_4(built):
         side, direction = key.split(".")
         names = (f"coulomb_{direction}", f"static_{direction}", "stribeck_speed", f"viscous_{direction}")
         assert tuple(values[f"{side}.{name}"] for name in names) == expected
+
+
+@pytest.mark.parametrize("name", ["twip", "bench"])
+def test_omsimulator_is_told_the_type_and_the_step_of_the_system(built, name):
+    """By its source (Model::getSystemType, SystemWC): in this place, with these prefixes taken literally."""
+    root = etree.parse(SSP / name / "SystemStructure.ssd").getroot()
+    path = ["ssd:System", "ssd:Annotations", "ssc:Annotation", "oms:Annotations", "oms:SimulationInformation"]
+    element = root
+    for tag in [*path, "oms:FixedStepMaster"]:
+        children = element.iterchildren("{*}*")
+        found = [child for child in children if f"{child.prefix}:{etree.QName(child).localname}" == tag]
+        assert len(found) == 1, tag
+        element = found[0]
+    assert element.nsmap["oms"] == "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"
+    assert element.getparent().getparent().getparent().get("type") == "org.openmodelica"
+    assert element.get("description") == "oms-ma"
+    assert {key: float(element.get(key)) for key in ("absoluteTolerance", "relativeTolerance")} == {
+        "absoluteTolerance": 1e-4,
+        "relativeTolerance": 1e-4,
+    }
+    assert float(element.get("stepSize")) == float(root.find(".//{*}Algorithm").get("stepSize"))
+    with load(built / "ssp" / f"{name}.ssp") as system:
+        assert not system.warnings

@@ -217,6 +217,29 @@ def test_annotations_of_others_are_ignored_with_a_warning_and_geometry_without(f
     assert warnings_of(path) == ["annotations of type com.other are ignored"]
 
 
+OMS = 'xmlns:oms="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd"'
+STEP = "<oms:SimulationInformation><oms:FixedStepMaster stepSize='0.1'/></oms:SimulationInformation>"
+
+
+@pytest.mark.parametrize(
+    ("content", "ours", "warned"),
+    [
+        (STEP, True, False),
+        (STEP, False, True),  # nothing else in the file says how to step: what OMSimulator would do is lost
+        (f"<oms:Buses/>{STEP}", True, True),
+        ("", True, True),
+    ],
+)
+def test_a_step_for_omsimulator_beside_our_own_is_no_loss(folder, content, ours, warned):
+    theirs = f"<oms:Annotations {OMS}>{content}</oms:Annotations>"
+    theirs = f'<ssc:Annotation type="org.openmodelica">{theirs}</ssc:Annotation>'
+    body = system([component("a", GAIN, "u>")]).replace(
+        "</ssd:System>", f"<ssd:Annotations>{theirs}</ssd:Annotations></ssd:System>"
+    )
+    path = write(folder, body, tail=algorithm('coupling="jacobi" stepSize="0.1"') if ours else TAIL)
+    assert warnings_of(path) == ["annotations of type org.openmodelica are ignored"] * warned
+
+
 @pytest.mark.parametrize("schema", [True, False])
 def test_meta_data_and_signatures_are_ignored_with_a_warning(folder, monkeypatch, schema):
     if not schema:

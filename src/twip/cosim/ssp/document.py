@@ -17,6 +17,11 @@ NAMESPACES = frozenset(
 """Namespaces of SSP, the same in both versions."""
 ANNOTATION = "org.twip.cosim"
 """Type of the annotation by which a file proposes a coupling and a step size."""
+OMSIMULATOR = "org.openmodelica"
+"""Type of OMSimulator's annotations; it takes the type and the step of a system from there."""
+_OMSIMULATOR_STEP = (
+    "{https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd}SimulationInformation"
+)
 _INSTANCE_NAMESPACE = "{http://www.w3.org/2001/XMLSchema-instance}"
 MAXIMUM_BYTES = 64 * 1024 * 1024
 BASE_ATTRIBUTES = frozenset({"id", "description"})
@@ -62,6 +67,13 @@ def ssp_name(element: Element) -> str:
     return name_of(element) if etree.QName(element).namespace else f"{element.tag} without a namespace"
 
 
+def _proposes_twice(annotation: Element) -> bool:
+    """Tell whether an annotation for OMSimulator only says how it is to step what the document tells us how to step."""
+    parts = [part for group in annotation.iterchildren("{*}*") for part in group.iterchildren("{*}*")]
+    ours = any(other.get("type") == ANNOTATION for other in annotation.getroottree().iter("{*}Annotation"))
+    return ours and bool(parts) and all(part.tag == _OMSIMULATOR_STEP for part in parts)
+
+
 class Reader:
     """Walks a document, naming everything that the caller neither reads nor may ignore."""
 
@@ -93,13 +105,16 @@ class Reader:
 
     def warn_of_ignored(self, element: Element, proposing: bool) -> None:
         """Name everything inside `element` that a tool may ignore and this one does, wherever it stands: annotations of
-        others, meta data, signatures. Our own annotations have a meaning in a `proposing` document only.
+        others, meta data, signatures. Our own annotations have a meaning in a `proposing` document only. One that
+        has them may propose a step to OMSimulator too: nothing is lost.
         """
         for child in element.iterchildren("{*}*"):
             name = name_of(child)
             if name == "Annotations":
                 for annotation in self.children(child, {"Annotation"}):
                     kind = self.required(annotation, "type")
+                    if kind == OMSIMULATOR and proposing and _proposes_twice(annotation):
+                        continue
                     if kind != ANNOTATION:
                         self.problems.warn(f"annotations of type {kind} are ignored", self.place(annotation))
                     elif not proposing:
