@@ -121,7 +121,7 @@ def test_start_time_is_time_zero(tmp_path):
         log.event(-2.5, "info", "plant", "begins")
         log.write(np.array([-2.5, -2.4999999996, 0.25]), np.zeros((3, 1)))
     _, times, _ = read_by_mcap(tmp_path / "a.mcap", described)
-    assert times == {"/plant": [0, 0, 2_750_000_000], "/log": [0]}
+    assert times == {"/plant": [0, 0, 2_750_000_000], "/log": [0, 0]}  # the second tells of the rows that share a time
 
 
 def test_text_that_utf8_cannot_carry(tmp_path):

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,17 @@ class Sink(Protocol):
 
     def close(self) -> None:
         """Finish; everything taken so far is complete and readable afterwards, however the run ended."""
+
+
+@runtime_checkable
+class TimedSink(Sink, Protocol):
+    """A sink that cannot keep every time."""
+
+    def check_times(self, start: float, stop: float, step_size: float) -> None:
+        """Refuse a run from `start` to `stop` by steps of `step_size`, of which they are the first if they vary, in s.
+
+        Called before anything is instantiated; raises `TwipError` with a line per problem.
+        """
 
 
 def columns(channels: Sequence[Channel]) -> list[str]:

@@ -16,7 +16,7 @@ from .coupling.loop import PythonLoop
 from .coupling.scheme import Coupling
 from .fmus.isolation import TIME_LIMIT
 from .fmus.pool import InstancePool
-from .record import Sink
+from .record import Sink, TimedSink
 from .results import Result, Table
 from .run.checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .run.delivery import Delivery, writing
@@ -148,6 +148,9 @@ def simulate(
             given = sinks(grid)
             for sink in given:
                 closing.callback(_close, sink)
+        for sink in given:
+            if isinstance(sink, TimedSink):
+                sink.check_times(grid.start, grid.stop, grid.step_size)
         state = RunState(
             system=system,
             grid=grid,

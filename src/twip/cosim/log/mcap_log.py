@@ -7,7 +7,6 @@ layout of a chunk, `log_file` for the container, and `playback` for reading it b
 
 import csv
 import io
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -37,6 +36,7 @@ from .log_schema import (
     unique_identifiers,
 )
 from .log_texts import TextColumns, text_columns
+from .log_times import LogTimes
 
 __all__ = ["Attachment", "McapLog"]
 
@@ -44,6 +44,7 @@ CHUNK_ROWS = 200
 CHUNK_BYTES = 4 << 20
 METADATA_NAME = "twip.log"
 SIGNALS_NAME = "signals.csv"
+SHARED = "rows less than 1 ns apart share a time in the log, which keeps whole nanoseconds"
 
 
 class McapLog:
@@ -75,16 +76,16 @@ class McapLog:
         self.path = Path(path)
         self._columns = columns(channels)
         self._types = [signal.type for channel in channels for signal in channel.signals]
-        self._start_time = float(start_time)
+        self._times = LogTimes(str(self.path), float(start_time))
         recorded = [channel for channel in channels if channel.signals]
         self._texts = text_columns(recorded)
         self._numeric = np.flatnonzero([type_ != "String" for type_ in self._types])
         twice = sorted(name for name, count in Counter(self._columns).items() if count > 1)
         if twice:
             raise TwipError(f"log {str(self.path)!r}: more than one variable is named {', '.join(twice)}")
-        own = {"format": FORMAT, "start_time": repr(self._start_time)}
+        own = {"format": FORMAT, "start_time": repr(self._times.start)}
         schema_records, channel_records = declare(
-            recorded, self._texts, self._start_time, [extra.topic for extra in extras]
+            recorded, self._texts, self._times.start, [extra.topic for extra in extras]
         )
         self._event_channel = channel_records[len(recorded)].id
         self._text_channels = [record.id for record in channel_records[len(recorded) + 1 :]]
@@ -105,10 +106,13 @@ class McapLog:
         self._block = RowBlock(layouts, max(1, min(CHUNK_ROWS, CHUNK_BYTES // max(row_bytes, 1))))
         self._filled = 0
         self._rows = 0
-        self._last = 0
         self._events: list[tuple[int, int, bytes]] = []
         """Time [ns], channel and record of the messages that are not rows."""
         self._event_counts = dict.fromkeys([self._event_channel, *self._text_channels], 0)
+
+    def check_times(self, start: float, stop: float, step_size: float) -> None:
+        """Refuse a run whose times in s do not fit; raises TwipError."""
+        self._times.check(start, stop, step_size)
 
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Take rows (n, columns) at `times` (n,) in s; every full chunk is written before this returns."""
@@ -116,7 +120,10 @@ class McapLog:
         rows = np.asarray(rows, np.float64)
         if rows.shape != (*times.shape, len(self._columns)):
             raise ValueError(f"{rows.shape} values for {times.shape} times and {len(self._columns)} columns")
-        nanoseconds = self._nanoseconds(times)
+        shared = self._times.shared
+        nanoseconds = self._times.of_rows(times)
+        if shared is None and self._times.shared is not None:
+            self.event(self._times.shared, "warning", "", SHARED)
         for channel, texts in zip(self._text_channels, self._texts, strict=True):
             for row, data in texts.changes(rows):
                 self._add(int(nanoseconds[row]), channel, data)
@@ -146,7 +153,7 @@ class McapLog:
 
     def event(self, time: float, level: str, source: str, message: str) -> None:
         """Take a message at `time` [s]; it is written with the rows around it, after rows of the same time."""
-        nanoseconds = max(0, round((time - self._start_time) * 1e9)) if math.isfinite(time) else self._last
+        nanoseconds = self._times.of_event(time)
         self._add(nanoseconds, self._event_channel, log_event.encode(nanoseconds, level, source, message))
 
     def _add(self, nanoseconds: int, channel: int, data: bytes) -> None:
@@ -173,22 +180,6 @@ class McapLog:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
-
-    def _nanoseconds(self, times: NDArray[np.float64]) -> NDArray[np.uint64]:
-        exact = np.rint((times - self._start_time) * 1e9)
-        # Comparisons with NaN are false, so these also refuse it.
-        ordered = not len(exact) or (
-            exact[0] >= self._last and exact[-1] < 2.0**63 and bool((exact[1:] >= exact[:-1]).all())
-        )
-        if not ordered:
-            raise TwipError(
-                f"log {str(self.path)!r}: times from {times[0]} s to {times[-1]} s must be finite, "
-                f"must not decrease and must not lie before {self._start_time + self._last / 1e9} s"
-            )
-        nanoseconds = exact.astype(np.uint64)
-        if len(nanoseconds):
-            self._last = int(nanoseconds[-1])
-        return nanoseconds
 
     def _flush(self, before: int | None) -> None:
         """Write the collected rows, events earlier than `before` [ns] (None: all) where their time puts them, and the
