@@ -19,7 +19,7 @@ ALLOWED = {
         *("pythonfmu", "pythonfmu3", "fmpy", "lxml", "markdown_it"),
     },
     "cosim": {
-        *("twip.cosim", "twip.errors", "twip.interrupts"),
+        *("twip.cosim", "twip.errors", "twip.interrupts", "twip.outputs"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
     "lab": {"twip", "PIL", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy"},

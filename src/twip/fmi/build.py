@@ -1,7 +1,6 @@
 """Builds the FMUs of all blocks and the .ssp archives of all systems."""
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
@@ -9,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..errors import TwipError
-from ..outputs import make_writable
+from ..outputs import make_writable, write_file
 from .blocks import PACKAGE, block_folders, source_root
 from .ssp_package import needed_fmus, package_system, system_folders
 
@@ -102,9 +101,4 @@ def _copy_loose(source: Path, target: Path) -> None:
     systems = set(system_folders(source.parent).values())
     for path in sorted(source.rglob("*")):
         if path.suffix in LOOSE and not systems & set(path.parents):
-            copy = target / path.relative_to(source)
-            make_writable(copy.parent)
-            try:
-                shutil.copyfile(path, copy)
-            except OSError as error:
-                raise TwipError(f"{copy}: cannot be written: {error.strerror}") from None
+            write_file(target / path.relative_to(source), path.read_bytes())

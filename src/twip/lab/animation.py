@@ -14,6 +14,7 @@ from PIL import Image
 
 from ..cosim.log.playback import Playback
 from ..errors import TwipError
+from ..outputs import replacing
 from .drawing import GREY, INK, ORANGE, PALETTE, RED, STYLE, robot
 from .endings import check_ending
 from .metrics import is_robot
@@ -58,13 +59,17 @@ def animate(
     shown = [round(1000.0 / rate)] * (len(pictures) - 1) + [round(1000.0 * LAST)]
     if path.suffix.lower() != ".gif":
         pictures = [picture.convert("RGB") for picture in pictures]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as stream:
         pictures[0].save(
-            path, save_all=True, append_images=pictures[1:], duration=shown, loop=0, optimize=True, lossless=True
+            stream,
+            format=Image.registered_extensions()[path.suffix.lower()],
+            save_all=True,
+            append_images=pictures[1:],
+            duration=shown,
+            loop=0,
+            optimize=True,
+            lossless=True,
         )
-    except OSError as error:
-        raise TwipError(f"{path}: the picture cannot be written ({error.strerror})") from None
     return path
 
 

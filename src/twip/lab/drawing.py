@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from ..errors import TwipError
+from ..outputs import replacing
 
 INK, GREY, BLUE, RED, ORANGE, GREEN = "#222222", "#9a9a9a", "#1f6fb4", "#d1495b", "#e08e2b", "#3a8f5c"
 REAL: dict[str, Any] = {"color": INK, "linewidth": 2.4, "alpha": 0.85}
@@ -103,11 +103,9 @@ def picture(path: Path, title: str, heights: Sequence[float], width: float = 9.0
         axes = figure.subplots(len(heights), columns, height_ratios=list(heights), squeeze=False)
         figure.suptitle(title, x=0.01, ha="left", fontsize=11, color=INK)
         yield list(axes[:, 0]) if columns == 1 else axes
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=130, metadata=UNDATED.get(path.suffix.lower()))
-        except OSError as error:
-            raise TwipError(f"{path}: the picture cannot be written ({error.strerror})") from None
+        ending = path.suffix.lower()
+        with replacing(path) as stream:
+            figure.savefig(stream, format=ending[1:], dpi=130, metadata=UNDATED.get(ending))
 
 
 def legend(axes: Axes, columns: int = 5) -> None:

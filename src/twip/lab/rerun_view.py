@@ -21,6 +21,7 @@ from ..cosim.log.mcap_log import McapLog
 from ..cosim.log.playback import Playback, read
 from ..cosim.record import Channel
 from ..errors import TwipError
+from ..outputs import replacing
 from .drawing import INK, PALETTE, look
 from .endings import check_ending
 from .panels import Line, panels
@@ -82,11 +83,10 @@ def recording(logs: Sequence[Playback], path: Path, apart: float = APART) -> Pat
             same = () if len(logs) == 1 else ("--recording-id", APPLICATION)
             _run([program, "mcap", "convert", *options, *same, "-o", raws[-1], str(source)])
         blueprint(shown).save(APPLICATION, str(layout))
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise TwipError(f"{path}: the recording cannot be written ({error.strerror})") from None
-        _run([program, "rrd", "merge", *raws, str(layout), "-o", str(path)])
+        merged = folder / "merged.rrd"
+        _run([program, "rrd", "merge", *raws, str(layout), "-o", str(merged)])
+        with replacing(path) as stream, merged.open("rb") as made_file:
+            shutil.copyfileobj(made_file, stream)
     return path
 
 

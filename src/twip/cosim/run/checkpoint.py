@@ -5,7 +5,6 @@ The file is a zip archive: `checkpoint.json` (the format, what the run is, finis
 the same bytes.
 """
 
-import contextlib
 import hashlib
 import json
 import math
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
+from ...outputs import replacing
 from ..coupling.scheme import Coupling
 from ..record import columns
 from ..scenario.inputs import InputSeries
@@ -65,7 +65,7 @@ class Checkpoint:
         return row
 
     def write(self, path: pathlib.Path) -> None:
-        """Replace the file at `path` in one go: a reader finds the old or the new one. Raises `OSError`."""
+        """Replace the file at `path` in one go: a reader finds the old or the new one. Raises `TwipError`."""
         header = {
             "format": FORMAT,
             "identity": self.identity,
@@ -80,20 +80,9 @@ class Checkpoint:
             "delayed": self.delayed.astype("<f8").tobytes(),
             **{f"states/{i}": state for i, state in enumerate(self.states)},
         }
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            with part.open("wb") as stream:
-                with zipfile.ZipFile(stream, "w") as archive:
-                    for name, data in members.items():
-                        archive.writestr(zipfile.ZipInfo(name), data)
-                stream.flush()
-                os.fsync(stream.fileno())
-            part.replace(path)
-        except OSError as error:
-            with contextlib.suppress(OSError):
-                part.unlink()
-            raise OSError(error.errno, error.strerror, str(path)) from None
+        with replacing(path) as stream, zipfile.ZipFile(stream, "w") as archive:
+            for name, data in members.items():
+                archive.writestr(zipfile.ZipInfo(name), data)
 
     def _sizes(self) -> list[int]:
         return [len(self.values), self.samples.shape[1], len(self.delayed), len(self.states)]

@@ -9,7 +9,6 @@ from ..coupling.execution import Execution
 from ..fmus.face import PortsFace
 from ..texts import text_of
 from .checkpoint import Checkpoint
-from .delivery import writing
 from .run_state import RunState
 
 
@@ -52,6 +51,5 @@ def save(run: RunState, execution: Execution) -> None:
         tuple(instance.save_state() for instance in run.instances),
         texts,
     )
-    with writing():
-        checkpoint.write(run.saving.path)
+    checkpoint.write(run.saving.path)
     run.saved = run.steps

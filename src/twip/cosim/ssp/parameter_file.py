@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from lxml import etree
 
-from ...errors import TwipError
+from ...outputs import write_file
 from ..fmus.scalar_types import TYPES
 from ..system import System
 from ..units import BASE_UNITS, Unit
@@ -65,11 +65,7 @@ def write_parameter_set(path: pathlib.Path, name: str, entries: Iterable[Entry])
             definition = etree.SubElement(definitions, f"{{{SSC}}}Unit", {"name": unit.name})
             etree.SubElement(definition, f"{{{SSC}}}BaseUnit", _base_unit(unit))
     document = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(document)
-    except OSError as error:
-        raise TwipError(f"{path}: cannot be written ({error.strerror or error})") from None
+    write_file(path, document)
 
 
 def _base_unit(unit: Unit) -> dict[str, str]:

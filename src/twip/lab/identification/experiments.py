@@ -1,6 +1,7 @@
 """The bench experiments of paper section 2, run through the bench and motor FMUs and logged as they are measured."""
 
 import csv
+import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -14,6 +15,7 @@ from ...cosim.record import columns
 from ...cosim.results import Table
 from ...cosim.run.experiment import TimeGrid
 from ...cosim.simulate import simulate
+from ...outputs import write_file
 from ...robot.parameters import value
 from .recording import Array
 from .sensor import CHANNEL, MeasuredSink, Sensor
@@ -43,15 +45,15 @@ class Experiment:
     def write(self, path: Path) -> None:
         """Write the input series for `ssp/bench.ssp`, two rows at each jump."""
         name = "bench.current_command" if self.by_current else "bench.voltage_command"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(["time", name])
-            begin = 0.0
-            for duration, command in self.steps:
-                end = round(begin + duration, 9)
-                writer.writerows([(repr(begin), repr(command)), (repr(end), repr(command))])
-                begin = end
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["time", name])
+        begin = 0.0
+        for duration, command in self.steps:
+            end = round(begin + duration, 9)
+            writer.writerows([(repr(begin), repr(command)), (repr(end), repr(command))])
+            begin = end
+        write_file(path, text.getvalue().encode())
 
 
 def both_ways(steps: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

@@ -1,6 +1,7 @@
 """Where the experiments run: the built robot, the seeds, and the folder that takes pictures and inputs."""
 
 import csv
+import io
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...cosim.load import load
 from ...cosim.simulate import simulate
+from ...outputs import write_file
 
 Array = NDArray[np.float64]
 
@@ -111,11 +113,11 @@ class Laboratory:
         Numbers have nine significant digits.
         """
         path = self.out / "inputs" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
-            writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
+        write_file(path, text.getvalue().encode())
         return str(path)
 
     def _input(self, name: str | None) -> Path | None:

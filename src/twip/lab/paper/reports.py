@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from ...errors import TwipError
+from ...outputs import write_file
 from .checks import Check
 from .programme import Timed
 
@@ -83,12 +83,8 @@ def write_reports(results: Sequence[Timed], out: Path) -> tuple[Path, Path]:
         for timed in results
     ]
     page, numbers = out / "results.md", out / "results.json"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        page.write_text(markdown(results), encoding="utf-8")
-        numbers.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise TwipError(f"{error.filename}: cannot be written ({error.strerror})") from None
+    write_file(page, markdown(results).encode())
+    write_file(numbers, f"{json.dumps(data, indent=1, ensure_ascii=False)}\n".encode())
     return page, numbers
 
 

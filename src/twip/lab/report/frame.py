@@ -11,7 +11,7 @@ from typing import Any
 
 from bokeh.resources import Resources
 
-from ...errors import TwipError
+from ...outputs import write_file
 
 ENDINGS = (".html", ".htm")
 
@@ -56,11 +56,7 @@ def framed(
 
 def write_page(text: str, path: Path) -> Path:
     """Write a page to `path`, and return it. Raises TwipError when it cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", errors="backslashreplace")
-    except OSError as error:
-        raise TwipError(f"{path}: the report cannot be written ({error.strerror})") from None
+    write_file(path, text.encode("utf-8", "backslashreplace"))
     return path
 
 

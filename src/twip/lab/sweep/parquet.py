@@ -6,7 +6,6 @@ the file. The schema's metadata, under `twip`, say as JSON what was run: plan, F
 
 import itertools
 import json
-import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from ...cosim.values import Value
 from ...errors import TwipError
+from ...outputs import replacing
 from .plan import Plan, Point
 from .worker import Row
 
@@ -64,15 +64,8 @@ def write(
     versions = {"python": platform.python_version(), **{name: version(name) for name in _ENGINES}}
     told = {"sweep": description, "versions": versions, "runs": len(points)}
     table = pa.table(fields).replace_schema_metadata({KEY: json.dumps(told).encode()})
-    scratch = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        parquet.write_table(table, scratch, compression="zstd")
-        scratch.replace(path)
-    except OSError as error:
-        raise TwipError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        scratch.unlink(missing_ok=True)
+    with replacing(path) as stream:
+        parquet.write_table(table, stream, compression="zstd")
 
 
 def _column(pa: Any, values: Sequence[Value]) -> Any:
