@@ -120,6 +120,19 @@ def test_a_fall_is_told_with_its_time():
     assert not judge(fallen).balanced
 
 
+def test_what_assumes_standing_is_not_told_after_a_fall():
+    fallen = record()
+    fallen["plant.fallen"] = np.where(Columns.times >= 9.9, 1.0, 0.0)  # even where the rows before would have done
+    found = judge(fallen)
+    untold = [name for name, value in found.metrics.items() if isnan(value)]
+    assert untold == [
+        *("steady_state_error", "peak_pitch_settled", "pitch_overshoot", "settling_time", "estimator_error")
+    ]
+    assert {found.text(name) for name in untold} == {"–"}
+    assert found.metrics["balanced"] == 0.0
+    assert found.metrics["energy"] == measure(record())["energy"]
+
+
 @pytest.mark.parametrize(
     ("until", "sentence"), [(2.0, "ended 1 s after release, too early to tell"), (0.9, "not released")]
 )

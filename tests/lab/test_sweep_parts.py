@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from twip.cosim import Table
+from twip.cosim.record import Channel, Signal
 from twip.errors import TwipError
 from twip.lab.metrics import METRICS, REQUIRED
 from twip.lab.sweep.axis import Axis, Distribution
@@ -286,6 +288,13 @@ def test_the_worst_runs_are_errors_then_failures_then_the_largest_metric():
         Row(k, v, None, {} if v == "error" else {"m": x}) for k, (v, x) in enumerate(zip(verdicts, values, strict=True))
     ]
     assert Keep.parse("worst:5").chosen(rows) == [2, 3, 1, 0, 4]
+    fallen = [
+        *rows,
+        Row(5, "fail", None, {"m": None}),
+        Row(6, "done", None, {"m": None}),
+        Row(7, "done", None, {"m": 1.0}),
+    ]
+    assert Keep.parse("worst:8").chosen(fallen) == [2, 5, 3, 1, 6, 0, 7, 4]  # what fell has no number and is worse
     assert Keep.parse("worst:2:m").chosen(rows) == [2, 3]
     assert Keep.parse("runs:4,0").chosen(rows) == [4, 0]
     with pytest.raises(TwipError, match="there is no run 9"):
@@ -309,3 +318,21 @@ def test_a_robot_without_estimator_is_judged_but_for_the_estimators_error():
     assert set(Judge((), (), REQUIRED).names) == {"fallen", *METRICS}
     with pytest.raises(TwipError, match=r"metric estimator_error: the system has no signal estimator\.pitch"):
         Judge(("estimator_error",), (), REQUIRED)
+
+
+@pytest.mark.parametrize("asked", [("robot",), ("pitch_overshoot", "settling_time", "fallen", "energy")])
+def test_a_sweep_has_no_number_of_a_fallen_robot_where_that_assumes_standing(asked):
+    channels = [Channel("", tuple(Signal(name, "Real", None, "output") for name in (*REQUIRED, "estimator.pitch")))]
+    table = Table(channels)
+    times = np.linspace(0.0, 6.0, 601)
+    rows = np.zeros((601, len(table.columns)))
+    rows[times > 1.0, table.columns.index("plant.pitch_rate")] = -1.0
+    rows[times >= 2.4, table.columns.index("plant.fallen")] = 1.0
+    table.write(times, rows)
+    judge = Judge(asked, ("fallen == 1",), table.columns)
+    found = judge.metrics(table)
+    untold = [name for name in found if found[name] is None]
+    standing = ["steady_state_error", "peak_pitch_settled", "pitch_overshoot", "settling_time", "estimator_error"]
+    assert untold == [name for name in standing if name in found]
+    assert untold
+    assert (found["fallen"], found["energy"], judge.verdict(found)) == (1.0, 0.0, "pass")

@@ -38,6 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(
             {
+                "verdict": dict(report.rows)["verdict"],
                 "balanced": report.balanced,
                 "interrupted": report.interrupted,
                 "metrics": report.metrics,

@@ -15,6 +15,8 @@ from ..cosim.run.experiment import TimeGrid
 from ..cosim.run.preparation import Request, grid_of, prepare
 from ..cosim.scenario.scenario_file import files_of
 from ..errors import TwipError
+from ..lab.course import Course
+from ..lab.metrics import Verdict, is_robot
 from ..lab.scene import scene
 from . import live
 from .coupling import coupling_options
@@ -150,9 +152,10 @@ def run(arguments: argparse.Namespace) -> int:
         ]
 
         inputs = live.live_inputs(arguments.live, system)
+        course = Course(system.channels, arguments.resume is not None) if is_robot(system.columns) else None
 
         def sinks(grid: TimeGrid) -> list[Sink]:
-            opened: list[Sink] = [Warnings()]
+            opened: list[Sink] = [Warnings()] if course is None else [Warnings(), course]
             if inputs is not None:
                 opened.append(live.live_view(arguments.live, system, metadata, inputs, grid.start))
             if log is not None:
@@ -191,11 +194,12 @@ def run(arguments: argparse.Namespace) -> int:
                 more += [option, str(from_time(path, result.time))]
         again = shlex.join(["twip", *arguments.words, *more])
     files = (("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint), ("go on by", again))
+    verdict = None if course is None else course.verdict()
     if arguments.json:
-        print_json(summary(result) | {label.replace(" ", "_"): path for label, path in files})
+        print_json(summary(result) | {label.replace(" ", "_"): path for label, path in files} | judgement(verdict))
     else:
         print_result(result)
-        print_rows(*files)
+        print_rows(*files, ("verdict", None if verdict is None else verdict.sentence()))
     return 128 + (result.signal or SIGINT) if result.interrupted else 0
 
 
@@ -226,6 +230,14 @@ def summary(result: Result) -> dict[str, object]:
         "warnings": result.warnings,
         "values": result.values,
     }
+
+
+def judgement(verdict: Verdict | None) -> dict[str, object]:
+    """Return the verdict on the robot's run, for scripts; all null for another system."""
+    if verdict is None:
+        return {"verdict": None, "balanced": None, "metrics": None}
+    balanced = verdict.balanced if verdict.decided else None
+    return {"verdict": verdict.sentence(), "balanced": balanced, "metrics": verdict.metrics}
 
 
 def print_result(result: Result) -> None:

@@ -3,6 +3,8 @@
 `measure(log)` gives all of them by name, `METRICS` says what each one is, `judge(log)` puts a run into words. Angles in
 rad, times in s as the record counts them, voltages in V, energy in J.
 
+Metrics that assume a standing robot are nan where it fell: what lies on the floor has no steady state.
+
 A record that continues a run from a checkpoint holds no release if the robot was released before: what is counted from
 the release is then nan, and the run is not judged.
 """
@@ -174,6 +176,13 @@ class Metric:
     """What an infinite value means."""
     needs: tuple[str, ...] = ()
     """Signals beyond `REQUIRED` without which it is nan."""
+    standing: bool = False
+    """It assumes that the robot stands to the end: nan where it fell."""
+
+    def value(self, record: Record) -> float:
+        """Return the number in `unit`; nan where a signal that it `needs` is missing, or the robot fell."""
+        told = all(signal in record for signal in self.needs) and not (self.standing and fallen_at(record) < inf)
+        return self.of(record) if told else nan
 
     def text(self, value: float) -> str:
         """Return a value as people read it, with its unit."""
@@ -188,7 +197,8 @@ class Metric:
 
 
 def _angle(label: str, of: Callable[[Record], float], needs: tuple[str, ...] = ()) -> Metric:
-    return Metric(label, "rad", of, "deg", degrees(1.0), needs=needs)
+    """Return a metric of a standing robot's pitch."""
+    return Metric(label, "rad", of, "deg", degrees(1.0), needs=needs, standing=True)
 
 
 METRICS: dict[str, Metric] = {
@@ -198,7 +208,7 @@ METRICS: dict[str, Metric] = {
     "steady_state_error": _angle("steady-state error", steady_state_error),
     "peak_pitch_settled": _angle("largest pitch in steady state", peak_pitch_settled),
     "pitch_overshoot": _angle("overshoot", pitch_overshoot),
-    "settling_time": Metric("settling time", "s", pitch_settling_time, infinite="not reached"),
+    "settling_time": Metric("settling time", "s", pitch_settling_time, infinite="not reached", standing=True),
     "peak_voltage": Metric("peak voltage", "V", peak_voltage),
     "energy": Metric("energy", "J", energy),
     "estimator_error": _angle("estimator error", estimator_error, ("estimator.pitch",)),
@@ -207,16 +217,13 @@ METRICS: dict[str, Metric] = {
 
 
 def measure(record: Record) -> dict[str, float]:
-    """Return every metric of a record by its name, in its unit; nan where a signal that it `needs` is missing.
+    """Return every metric of a record by its name, in its unit; nan where it cannot be told (`Metric.value`).
 
     Raises TwipError where rows or a signal of `REQUIRED` are missing.
     """
     if not len(record.times):
         raise TwipError("the record has no rows to judge")
-    return {
-        name: metric.of(record) if all(signal in record for signal in metric.needs) else nan
-        for name, metric in METRICS.items()
-    }
+    return {name: metric.value(record) for name, metric in METRICS.items()}
 
 
 @dataclass(frozen=True)

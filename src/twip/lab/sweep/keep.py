@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from ...errors import TwipError
-from .measures import ERROR, FAIL
+from .measures import ERROR, FAIL, PASS
 from .run import Outcome
 from .worker import Row, Task, record
 
@@ -20,7 +21,8 @@ class Keep:
     numbers: tuple[int, ...] = ()
     worst: int = 0
     metric: str | None = None
-    """By which the worst is told among runs with the same verdict; None: `steady_state_error`, else the first one."""
+    """By which the worst is told among runs with the same verdict; None: `steady_state_error`, else the first one.
+    A run without the number, such as that of a robot that fell, is worse than any with it, unless it passed."""
 
     @classmethod
     def parse(cls, text: str) -> "Keep":
@@ -59,7 +61,8 @@ class Keep:
 
         def badness(row: Row) -> tuple[int, float, int]:
             value = row.metrics.get(metric or "")
-            return _BADNESS.get(row.verdict, 2), float("inf") if value is None else -value, row.number
+            missing = inf if row.verdict == PASS else -inf
+            return _BADNESS.get(row.verdict, 2), missing if value is None else -value, row.number
 
         return [row.number for row in sorted(rows, key=badness)[: self.worst]]
 

@@ -171,7 +171,7 @@ def _measure(name: str, columns: Sequence[str], robot: bool) -> Callable[[Table]
             return _robot
         if name in METRICS and (missing := [s for s in METRICS[name].needs if s not in columns]):
             raise TwipError(f"metric {name}: the system has no signal {', '.join(missing)}")
-        return (lambda table: _robot(table)["fallen"]) if name == "fallen" else METRICS[name].of
+        return (lambda table: _robot(table)["fallen"]) if name == "fallen" else METRICS[name].value
     kind, colon, signal = name.partition(":")
     if colon and kind in REDUCTIONS:
         if signal not in columns:
