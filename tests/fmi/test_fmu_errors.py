@@ -85,6 +85,34 @@ def test_every_input_of_every_block_must_be_finite(instance, name):
         assert any(e.startswith(f"{variable} = nan") and e.endswith("must be finite") for e in refused(one))
 
 
+@pytest.mark.parametrize(
+    ("block", "parameter", "value", "text"),
+    [
+        ("walker", "gain", -0.5, "gain = -0.5 1/s must be at least 0 1/s"),
+        ("walker", "gain", 11.0, "gain = 11 1/s must be at most 10 1/s"),
+        ("typed", "count", -6, "count = -6 must be at least -5"),
+    ],
+)
+def test_a_parameter_out_of_bounds_is_refused_in_the_call_that_sets_it(instance, block, parameter, value, text):
+    one = instance(block)
+    before = one.get(parameter)
+    one.enter()
+    one.set(**{parameter: value})
+    assert errors(one) == [text]
+    assert one.get(parameter) == before
+    one.check("ExitInitializationMode")
+    assert refused(one) == [text]
+
+
+def test_a_tunable_parameter_out_of_bounds_is_refused_during_the_run(instance):
+    one = instance("walker").begin(gain=3.0)
+    assert one.step(0.0, 0.01) == OK
+    one.set(gain=11.0)
+    assert errors(one) == ["gain = 11 1/s must be at most 10 1/s"]
+    assert one.get("gain") == 3.0
+    assert one.step(0.01, 0.01) == DISCARD
+
+
 def test_a_parameter_out_of_bounds_fails_the_first_step(instance):
     one = instance("walker").begin(gain=-0.5)
     assert refused(one) == ["gain = -0.5 1/s must be at least 0 1/s"]

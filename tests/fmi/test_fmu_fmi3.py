@@ -7,7 +7,7 @@ import sys
 import fmi3_host
 import pytest
 from fmi_blocks import BLOCKS, OWN_BLOCKS, face_of
-from fmi_host import DISCARD, OK
+from fmi_host import DISCARD, ERROR, OK
 from fmi_replay import replay
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
@@ -120,7 +120,22 @@ def test_a_refused_value_is_logged_and_fails_the_next_step(instance3):
     one = instance3("walker").begin()
     one.set(pull=float("nan"))
     assert "pull = nan m must be finite" in one.log[-1][2]
-    assert one.step(0.0, 0.01) == DISCARD
+    assert one.step(0.0, 0.01) == ERROR
+
+
+def test_a_mistake_of_before_is_an_error_of_the_step_and_a_failure_of_its_own_a_discard(instance3):
+    one = instance3("raising").begin()
+    state = one.save()
+    one.set(divisor=0.0)
+    assert one.step(0.0, 1e-3) == DISCARD  # it was tried, and a shorter one might do
+    assert one.step(0.0, 1e-3) == ERROR  # nothing is tried any more
+    one.restore(state)
+    one.set(divisor=4.0)
+    assert one.step(0.0, 1e-3) == OK
+    one.release(state)
+    out_of_bounds = instance3("walker").begin(gain=11.0)
+    assert [(c, t) for _, c, t in out_of_bounds.log] == [("logStatusError", "gain = 11 1/s must be at most 10 1/s")]
+    assert out_of_bounds.step(0.0, 0.01) == ERROR
 
 
 @pytest.mark.parametrize(("formats", "logged"), [(True, "50 %% of it"), (False, "50 % of it")])

@@ -1,8 +1,9 @@
 """Runs a block behind pythonfmu or pythonfmu3: values, modes, errors and state of one FMU instance.
 
-pythonfmu has no way to return an error from a setter or from initialization, and turns an exception into a status after
-which the instance must not be touched. So nothing here raises: a mistake is logged and kept, and every step fails until
-the instance is reset or a state from before the mistake is restored.
+pythonfmu has no way to return an error from a setter or from initialization. It turns an exception into fmi2Fatal,
+which forbids the host any further call to any instance (FMI 2.0.4 section 2.1.3), fmi2Reset too: far too much for a
+mistyped parameter. So nothing here raises: a wrong value is refused and logged in the call that brings it, the mistake
+is kept, and every step fails until the instance is reset or a state from before the mistake is restored.
 """
 
 import sys
@@ -14,9 +15,9 @@ from typing import Any, ClassVar
 from ..robot.kernel import ENTERED, NOT_FINITE, OPEN, WAITING
 from .declare import Block
 from .exit_guard import guard_exit
-from .messages import DISCARD, LOG_CATEGORIES, WARNING, Messages
+from .messages import LOG_CATEGORIES, WARNING, Messages
 from .saved_state import state_from_bytes, state_to_bytes, why_not_restorable
-from .table import NATIVE_REFERENCE, Table, shown
+from .table import NATIVE_REFERENCE, Table, out_of_bounds, shown
 from .values import new_values
 
 INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = range(4)
@@ -26,12 +27,13 @@ INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = range(4)
 class BlockSlave:
     """One instance of a block, for a class of pythonfmu to be mixed in.
 
-    A subclass names the folder of its `binaries` and whether its log takes C formats; one of that, the `block` and the
-    `fingerprint` of its sources.
+    A subclass names the folder of its `binaries`, whether its log takes C formats, and the status that refuses a step
+    because of an earlier mistake; one of that, the `block` and the `fingerprint` of its sources.
     """
 
     binaries: ClassVar[str]
     logs_formats: ClassVar[bool]
+    refusal: ClassVar[int]
     block: ClassVar[Block]
     fingerprint: ClassVar[str]
     log_categories = LOG_CATEGORIES
@@ -58,6 +60,7 @@ class BlockSlave:
         self._gate[0] = WAITING  # the next step has something to check first
         self._unchecked = True  # parameters have changed since they were checked
         self._warned = False
+        self._refused = False  # the latest step was not tried, because of an earlier mistake
         self._asked: list[int] = []  # value references of the last get, and how to read them at once
         self._read: Callable[[], list[float]] = list
         self._writers: dict[
@@ -95,7 +98,7 @@ class BlockSlave:
         self._gate[0] = WAITING
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance from `current_time` by `step_size` (both s); return False, FMI's Discard, when the step failed."""
+        """Advance from `current_time` by `step_size` (both s); return False, FMI's Discard, if that failed."""
         try:
             if (self._gate[0] != OPEN or not 0.0 < step_size < inf) and not self._ready(current_time, step_size):
                 return False
@@ -181,6 +184,8 @@ class BlockSlave:
             self._fail(f"{variable.name} cannot be set: its causality is {variable.causality}")
         elif not isfinite(value):
             self._fail(f"{variable.name} = {shown(variable, value)} must be finite")
+        elif variable.causality == "parameter" and (problem := out_of_bounds(variable, value)):
+            self._fail(problem)
         elif self._mode == TERMINATED:
             self._fail(f"{variable.name} cannot be set after termination")
         elif self._mode == STEPPING and variable.causality == "parameter" and variable.variability != "tunable":
@@ -214,6 +219,7 @@ class BlockSlave:
     def _ready(self, time: float, step_size: float) -> bool:
         """Return whether a step may be done; otherwise the reason is in the log."""
         when = f"the step from {time:.10g} s by {step_size:.10g} s"
+        self._refused = False
         if self._gate[0] == NOT_FINITE:
             return self._check_outputs(f"after {when}")
         if self._gate[0] == ENTERED:
@@ -226,7 +232,8 @@ class BlockSlave:
             self._check_parameters()
         if self._messages.errors:
             reasons = "; ".join(e.split("\n", 1)[0] for e in self._messages.errors)
-            self._messages.log(DISCARD, f"no step from {time:.10g} s, because of: {reasons}")
+            self._refused = True
+            self._messages.log(self.refusal, f"no step from {time:.10g} s, because of: {reasons}")
             return False
         self._warn_of_sampling(step_size)
         self._gate[0] = OPEN

@@ -2,6 +2,7 @@
 
 from pythonfmu import Fmi2Slave
 
+from .messages import DISCARD
 from .slave import BlockSlave
 
 
@@ -10,3 +11,4 @@ class BlockSlave2(BlockSlave, Fmi2Slave):  # type: ignore[misc]
 
     binaries = "linux64"
     logs_formats = True
+    refusal = DISCARD  # pythonfmu has no other status for a step that was not done

@@ -7,8 +7,9 @@ once more with what was set when initialization mode was left.
 from collections.abc import Sequence
 from typing import Any
 
-from pythonfmu3 import Fmi3Slave
+from pythonfmu3 import Fmi3Slave, Fmi3Status, Fmi3StepResult
 
+from .messages import ERROR
 from .slave import BlockSlave
 
 
@@ -17,6 +18,7 @@ class BlockSlave3(BlockSlave, Fmi3Slave):  # type: ignore[misc]
 
     binaries = "x86_64-linux"
     logs_formats = False
+    refusal = ERROR
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -27,13 +29,18 @@ class BlockSlave3(BlockSlave, Fmi3Slave):  # type: ignore[misc]
         super().exit_initialization_mode()
         self._initial = list(self._table.all_values(self._values))
 
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance from `current_time` by `step_size` (both s); return False, FMI's Discard, when the step failed."""
+    def do_step(self, current_time: float, step_size: float) -> Any:
+        """Advance from `current_time` by `step_size` (both s).
+
+        Return False, FMI's Discard, when the step failed, and FMI's Error when it was not tried: no other step would
+        be, until the instance is reset or an earlier state restored (FMI 3.0.1 section 2.2.3).
+        """
         if self._initial is not None:
             if current_time != self._start_time:
                 self._start_at(current_time, self._initial)
             self._initial = None
-        return super().do_step(current_time, step_size)
+        done = super().do_step(current_time, step_size)
+        return Fmi3StepResult(Fmi3Status.error) if self._refused and not done else done
 
     def _start_at(self, time: float, initial: list[float]) -> None:
         """Initialize again at another start time, and bring back what was set since."""

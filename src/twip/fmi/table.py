@@ -30,6 +30,15 @@ def shown(variable: Variable, value: float) -> str:
     return f"{value:.10g} {unit}" if unit else f"{value:.10g}"
 
 
+def out_of_bounds(variable: Variable, value: float) -> str:
+    """Return what is wrong with `value` by the variable's bounds, or nothing."""
+    if variable.minimum is not None and value < variable.minimum:
+        return f"{variable.name} = {shown(variable, value)} must be at least {shown(variable, variable.minimum)}"
+    if variable.maximum is not None and value > variable.maximum:
+        return f"{variable.name} = {shown(variable, value)} must be at most {shown(variable, variable.maximum)}"
+    return ""
+
+
 class Table:
     """The attributes of a block's values, and its variables by value reference and type.
 
@@ -73,14 +82,8 @@ class Table:
 
     def broken_rules(self, values: Any) -> list[str]:
         """Return one sentence per rule that the parameters break: their bounds, then the rules between them."""
-        problems = []
-        for p in self.parameters:
-            value = getattr(values, p.attribute)
-            if p.minimum is not None and value < p.minimum:
-                problems.append(f"{p.name} = {shown(p, value)} must be at least {shown(p, p.minimum)}")
-            if p.maximum is not None and value > p.maximum:
-                problems.append(f"{p.name} = {shown(p, value)} must be at most {shown(p, p.maximum)}")
-        return problems or list(self.block.check(values))
+        told = (out_of_bounds(p, getattr(values, p.attribute)) for p in self.parameters)
+        return [problem for problem in told if problem] or list(self.block.check(values))
 
 
 def getter(attributes: tuple[str, ...]) -> Callable[[Any], tuple[float, ...]]:
