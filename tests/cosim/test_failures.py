@@ -77,6 +77,24 @@ def test_a_failure_during_initialization_names_the_function(path):
     assert len(table.times) == 0
 
 
+def test_a_failure_during_initialization_leaves_the_files_of_the_last_run(path):
+    log, out = path.parent / "run.mcap", path.parent / "out.csv"
+
+    def attempt(fault):
+        with load(path, start_values={"bad.fault": fault}) as loaded:
+            simulate(loaded, sinks=[McapLog(log, loaded.channels, {}), CsvSink(out, loaded.channels)], step_size=0.1)
+
+    with pytest.raises(TwipError):
+        attempt("initialization")
+    assert not log.exists()
+    assert not out.exists()
+    attempt("none")
+    before = log.read_bytes(), out.read_bytes()
+    with pytest.raises(TwipError):
+        attempt("initialization")
+    assert (log.read_bytes(), out.read_bytes()) == before
+
+
 def test_after_a_fatal_failure_the_same_system_runs_again(path, loop):
     with load(path, start_values={"bad.fault": "raise", "bad.fault_time": 0.5}) as loaded:
         with pytest.raises(TwipError):

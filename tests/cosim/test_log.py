@@ -126,6 +126,7 @@ def test_start_time_is_time_zero(tmp_path):
 
 def test_text_that_utf8_cannot_carry(tmp_path):
     with McapLog(tmp_path / "a.mcap", [], {"twip": {"command": "run \udcff.ssp"}}) as log:
+        log.begin()
         log.event(float("nan"), "loud", "pl\udc80nt", "b\udcffd")
     with (tmp_path / "a.mcap").open("rb") as stream:
         (event,) = make_reader(stream, True, [DecoderFactory()]).iter_decoded_messages()

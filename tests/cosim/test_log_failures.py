@@ -2,12 +2,14 @@
 
 import contextlib
 import itertools
+import os
 import re
 import signal
 import struct
 import subprocess
 import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,8 +42,92 @@ def test_path_that_cannot_be_written(tmp_path, place, reason):
 
 
 def test_full_disk_from_the_start():
+    log = McapLog("/dev/full", channels(), {})
     with pytest.raises(TwipError, match=r"^log '/dev/full' cannot be written: No space left on device$"):
-        McapLog("/dev/full", channels(), {})
+        log.begin()
+    assert Path("/dev/full").is_char_device()
+
+
+def test_a_log_without_rows_leaves_what_is_there(tmp_path):
+    path, fresh = tmp_path / "a.mcap", tmp_path / "b.mcap"
+    path.write_bytes(b"precious")
+    for name in (path, fresh):
+        with McapLog(name, channels(), {}) as log:
+            log.event(0.0, "error", "plant", "cannot begin")
+    assert path.read_bytes() == b"precious"
+    assert not fresh.exists()
+
+
+CLOSES = """
+import os, sys
+import numpy as np
+from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.record import Channel, Signal
+from twip.errors import TwipError
+path, deed = sys.argv[1:]
+def find():
+    for fd in range(3, 64):
+        try:
+            if os.path.samestat(os.fstat(fd), os.stat(path)):
+                return fd
+        except OSError:
+            pass
+deeds = {
+    "close": lambda: os.close(find()),
+    "reopen": lambda: os.dup2(os.open(f"{path}.other", os.O_CREAT | os.O_WRONLY), find()),
+    "append": lambda: open(path, "ab").write(b"foreign"),
+    "empty": lambda: os.truncate(path, 0),
+    "seek": lambda: os.lseek(find(), 7, 0),
+}
+log = McapLog(path, [Channel("plant", (Signal("x", "Real", "m", "output"),))], {})
+log.write(np.arange(200) * 1e-3, np.zeros((200, 1)))
+deeds[deed]()
+try:
+    log.write(0.2 + np.arange(100) * 1e-3, np.zeros((100, 1)))
+    log.close()
+except TwipError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize(
+    ("deed", "said", "rows"),
+    [
+        ("close", "an FMU or something else in this process has closed its descriptor", 200),
+        ("reopen", "an FMU or something else in this process has closed its descriptor", 200),
+        ("append", "something else has changed it meanwhile: it had .* bytes instead of", 200),
+        ("empty", "something else has changed it meanwhile: it had 0 bytes instead of", None),
+        ("seek", "", 300),
+    ],
+)
+def test_what_others_do_to_the_file_or_its_descriptor_is_noticed(tmp_path, deed, said, rows):
+    path = tmp_path / "a.mcap"
+    done = subprocess.run([sys.executable, "-c", CLOSES, path, deed], capture_output=True, text=True, check=True)
+    assert re.match(f"^log '{path}' cannot be written: {said}" if said else "$", done.stdout), done.stdout
+    assert done.stderr == ""
+    if rows is not None:
+        left = playback.read(path)
+        assert (len(left.times), left.complete) == (rows, not said)
+    if deed == "reopen":
+        assert (tmp_path / "a.mcap.other").read_bytes() == b""
+
+
+def test_a_copy_of_the_process_does_not_write(tmp_path):
+    path = tmp_path / "a.mcap"
+    log = McapLog(path, channels(), {})
+    log.begin()
+    before = path.read_bytes()
+    copy = os.fork()
+    if not copy:
+        try:
+            log.close()
+        except TwipError as error:
+            os._exit(0 if "is being written by the process from which" in str(error) else 1)
+        os._exit(2)
+    assert os.waitpid(copy, 0)[1] == 0
+    assert path.read_bytes() == before
+    log.close()
+    assert playback.read(path).complete
 
 
 DISK_FILLS = """

@@ -121,8 +121,8 @@ def test_unknown_signal_names_near_ones(whole):
 
 
 def test_log_without_rows_or_channels(tmp_path):
-    with McapLog(tmp_path / "a.mcap", CHANNELS, {}):
-        pass
+    with McapLog(tmp_path / "a.mcap", CHANNELS, {}) as log:
+        log.begin()
     empty = read(tmp_path / "a.mcap")
     assert (empty.complete, empty.channels, empty.table().shape, empty.events) == (True, CHANNELS, (0, 6), ())
     with McapLog(tmp_path / "b.mcap", [], {}) as sink:

@@ -193,7 +193,13 @@ def run(arguments: argparse.Namespace) -> int:
             if path is not None:  # a later option wins: the files of this run are not replaced
                 more += [option, str(from_time(path, result.time))]
         again = shlex.join(["twip", *arguments.words, *more])
-    files = (("log", log), ("output", arguments.output_file), ("checkpoint", result.checkpoint), ("go on by", again))
+    began = bool(result.values)  # otherwise the files of an earlier run are still there
+    files = (
+        ("log", log if began else None),
+        ("output", arguments.output_file if began else None),
+        ("checkpoint", result.checkpoint),
+        ("go on by", again),
+    )
     verdict = None if course is None else course.verdict()
     if arguments.json:
         print_json(summary(result) | {label.replace(" ", "_"): path for label, path in files} | judgement(verdict))

@@ -191,7 +191,7 @@ class CsvSink:
     """A sink that writes `time`, every output, and every connector of the outermost system, in full precision."""
 
     def __init__(self, path: str | os.PathLike[str], channels: Sequence[Channel]):
-        """Create the file and its missing folders and write the header.
+        """Open the file and create its missing folders; an existing one is replaced by the first `write`.
 
         Raises `TwipError` when another run writes it or it cannot be written.
         """
@@ -199,28 +199,31 @@ class CsvSink:
         signals = [(channel.component, signal) for channel in channels for signal in channel.signals]
         self._keep = [i for i, (owner, signal) in enumerate(signals) if signal.causality == "output" or not owner]
         self._shown = [_SHOWN.get(family(signals[i][1].type), _whole) for i in self._keep]
-        header = _line([TIME, *(names[i] for i in self._keep)])
+        self._header = _line([TIME, *(names[i] for i in self._keep)])
         self._path = Path(path)
         try:
             self._file = SoleFile(self._path)
         except (OSError, ValueError) as error:
             raise self._failed(error) from None
-        self._append(header)
 
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Append the rows; they are in the file when this returns. Raises `TwipError` when they cannot be written."""
-        lines = []
+        lines = [self._header] if self._header else []
+        self._header = ""
         for time, row in zip(times.tolist(), rows[:, self._keep].tolist(), strict=True):
             cells = [show(v) for v, show in zip(row, self._shown, strict=True)]
-            lines.append(",".join([repr(time), *cells]))
-        self._append("".join(f"{line}\n" for line in lines))
+            lines.append(f"{','.join([repr(time), *cells])}\n")
+        self._append("".join(lines))
 
     def event(self, time: float, level: str, source: str, message: str) -> None:
         """Messages have no place in a table of numbers."""
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._failed(error) from None
 
     def _append(self, text: str) -> None:
         try:

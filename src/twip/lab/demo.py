@@ -47,7 +47,8 @@ def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], N
 
         result = simulate(system, sinks=sinks, progress=progress, notice=notice)
     if result.interrupted:
-        return Demo(False, True, (("verdict", f"interrupted at {result.time:g} s"), ("log", str(path))), path, picture)
+        told = [("verdict", f"interrupted at {result.time:g} s"), *([("log", str(path))] if result.values else [])]
+        return Demo(False, True, tuple(told), path, picture)
     log = read(path)
     verdict = judge(log)
     stand_up_picture(log, verdict.release, picture)

@@ -110,7 +110,7 @@ class Server:
 def serve(wire: Wire, memory: int) -> None:
     """Answer requests until the run closes the connection (`ConnectionError`) or the instance cannot be made."""
     start: Start = pickle.loads(wire.receive()[1])
-    outbox = Outbox(wire)
+    outbox, process = Outbox(wire), os.getpid()
     texts.ask(outbox.number_of, outbox.text_of)
     try:
         server = Server(start, SharedValues(start.columns, start.components, memory), outbox)
@@ -123,9 +123,17 @@ def serve(wire: Wire, memory: int) -> None:
         try:
             result = server.answer(*request)
         except TwipError as error:
+            end_copy(process)
             outbox.send(FAILED, told(error))
         else:
+            end_copy(process)
             outbox.send(DONE, result)
+
+
+def end_copy(process: int) -> None:
+    """End a copy of the process that the FMU has made by `fork`: the run has one to talk to."""
+    if os.getpid() != process:
+        os._exit(1)
 
 
 def told(error: TwipError) -> bytes:

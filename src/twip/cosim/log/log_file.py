@@ -71,7 +71,8 @@ class MessageBatch:
 
 
 class McapFile:
-    """Creates the file (and its missing folders) and writes what a log says before its first message.
+    """Opens the file (and creates its missing folders); `begin` replaces what it holds by what a log says before its
+    first message. Without that it stays as it was.
 
     Raises TwipError when another run writes it or it cannot be written, here and later; what was written last in
     part is then cut off.
@@ -101,15 +102,26 @@ class McapFile:
             self._stream = SoleFile(path)
         except (OSError, ValueError) as error:
             raise self._failed(error) from error
-        self._write(self._opening(metadata, attachments))
+        self._head = self._opening(metadata, attachments)
 
     @property
     def closed(self) -> bool:
         """Whether nothing more can be written."""
         return self._stream.closed
 
+    @property
+    def begun(self) -> bool:
+        """Whether the file is that of this log."""
+        return not self._head
+
+    def begin(self) -> None:
+        """Write what comes before the first message, once."""
+        if not self.begun:
+            head, self._head = self._head, b""
+            self._write(head)
+
     def write(self, batch: MessageBatch) -> None:
-        """Write a chunk and its message indexes."""
+        """Write a chunk and its message indexes, after `begin`."""
         data = b"".join(batch.pieces) if len(batch.pieces) > 1 else batch.pieces[0]
         compression, payload = self._compressed(data)
         chunk = records.Chunk(
@@ -143,10 +155,14 @@ class McapFile:
             self._counts[channel_id] = self._counts.get(channel_id, 0) + count
 
     def finish(self) -> None:
-        """Write the summary and close."""
-        self._write(encoded(records.DataEnd(self._crc)))
-        self._write(self._closing())
-        self._stream.close()
+        """Write the summary, if the log has begun, and close."""
+        if self.begun:
+            self._write(encoded(records.DataEnd(self._crc)))
+            self._write(self._closing())
+        try:
+            self._stream.close()
+        except OSError as error:
+            raise self._failed(error) from error
 
     def _opening(self, metadata: Mapping[str, Mapping[str, str]], attachments: Iterable[Attachment]) -> bytes:
         builder = RecordBuilder()

@@ -54,8 +54,8 @@ class McapLog:
     in s) and an attachment `signals.csv` that names every field; checkers want at least one of each. A chunk is written
     for every `CHUNK_ROWS` rows (fewer when rows are very wide) however the calls divide them, so a killed run loses at
     most that many. Times are kept in whole nanoseconds since `start_time` [s]. Components without recorded variables
-    get no channel. `extras` are channels that the caller makes of the rows. Missing folders are created, an existing
-    file is replaced.
+    get no channel. `extras` are channels that the caller makes of the rows. Missing folders are created. An existing
+    file is replaced by the first `write`, or by `begin`: a run that fails before its first row leaves it as it was.
 
     Raises TwipError for a path that cannot be written, a failing disk, times out of order and values that are not of
     their type.
@@ -114,6 +114,10 @@ class McapLog:
         """Refuse a run whose times in s do not fit; raises TwipError."""
         self._times.check(start, stop, step_size)
 
+    def begin(self) -> None:
+        """Replace the file now, though there may never be a row."""
+        self._file.begin()
+
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Take rows (n, columns) at `times` (n,) in s; every full chunk is written before this returns."""
         times = np.asarray(times, np.float64)
@@ -124,6 +128,7 @@ class McapLog:
         nanoseconds = self._times.of_rows(times)
         if shared is None and self._times.shared is not None:
             self.event(self._times.shared, "warning", "", SHARED)
+        self._file.begin()
         for channel, texts in zip(self._text_channels, self._texts, strict=True):
             for row, data in texts.changes(rows):
                 self._add(int(nanoseconds[row]), channel, data)
@@ -170,7 +175,8 @@ class McapLog:
     def close(self) -> None:
         """Write what is left and the summary; a second call does nothing, nor does one after a failed write."""
         if not self._file.closed:
-            self._flush(before=None)
+            if self._file.begun:
+                self._flush(before=None)
             self._file.finish()
 
     def __enter__(self) -> "McapLog":

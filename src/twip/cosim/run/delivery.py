@@ -1,6 +1,7 @@
 """Hands the rows and messages of a run to its sinks."""
 
 import contextlib
+import os
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -25,19 +26,36 @@ class Delivery:
 
     def __init__(self, sinks: Sequence[Sink]):
         self._sinks = sinks
+        self._process = os.getpid()
         self.messages: list[Message] = []
         """To be told next, in this order."""
 
     def write(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Pass on finished rows (n, columns) at `times` (n,) in s, then what there is to tell."""
+        self.end_copy()
         with writing():
             for sink in self._sinks:
                 if len(times):
                     sink.write(times, rows)
         self.tell()
 
+    def end_copy(self) -> None:
+        """End the process, at once, if it is a copy that an FMU has made of the run's by `fork`.
+
+        The FMU's function returns in both; the copy must neither write a file nor remove one.
+        """
+        if os.getpid() != self._process:
+            text = (
+                f"twip: an FMU has forked process {self._process}, which runs the system: the copy, process"
+                f" {os.getpid()}, ends here\n"
+            )
+            with contextlib.suppress(OSError):
+                os.write(2, text.encode())
+            os._exit(1)
+
     def tell(self) -> None:
         """Pass on the messages."""
+        self.end_copy()
         messages, self.messages[:] = list(self.messages), []
         with writing():
             for message in messages:

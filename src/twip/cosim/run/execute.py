@@ -61,6 +61,7 @@ def execute(run: RunState) -> Result:
 
 def _free(run: RunState) -> None:
     """Free all instances, the last first, also when interrupted once more, and deliver their last messages."""
+    run.delivery.end_copy()
     with contextlib.ExitStack() as closing:
         if run.isolation is not None:
             closing.callback(run.isolation.close)

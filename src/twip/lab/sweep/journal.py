@@ -48,7 +48,10 @@ class Journal:
         """Close the file; with `forget` it is needed no more."""
         if forget:
             self.path.unlink(missing_ok=True)
-        self._file.close()
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._failed(error) from None
 
     def _write(self, records: Iterable[dict[str, Any]]) -> None:
         self._file.write("".join(f"{json.dumps(record)}\n" for record in records).encode())
