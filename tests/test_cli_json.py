@@ -10,8 +10,8 @@ import pytest
 from rich.progress import Progress
 
 from twip.cli import main
-from twip.commands.progress import RateColumn, progress_bar
-from twip.commands.terminal import print_json
+from twip.commands.parts.progress import RateColumn, progress_bar
+from twip.commands.parts.terminal import print_json
 from twip.cosim.log.playback import read
 from twip.lab.metrics import judge
 

@@ -8,7 +8,7 @@ import pytest
 
 from twip.cli import COMMANDS, main
 from twip.commands.container import declare as container
-from twip.commands.experiment import declare_experiment, pairs, swaps
+from twip.commands.parts.experiment import declare_experiment, pairs, swaps
 from twip.commands.sweep import declare as sweep
 from twip.errors import TwipError
 

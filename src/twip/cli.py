@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.metadata import version
 from io import TextIOWrapper
 
-from .commands.grammar import Grammar
+from .commands.parts.grammar import Grammar
 from .errors import TwipError
 from .interrupts import INTERRUPTED, deferred_interrupt
 

@@ -19,7 +19,7 @@ import pytest
 from robot_log import METADATA, columns
 
 from twip.cli import main
-from twip.commands.keyboard import keys, split
+from twip.commands.parts.keyboard import keys, split
 from twip.cosim import load
 from twip.cosim.record import Channel, Signal
 from twip.cosim.scenario.live_inputs import LiveInputs

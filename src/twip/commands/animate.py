@@ -4,9 +4,9 @@ import argparse
 from pathlib import Path
 
 from ..lab.animation import APART, FORMATS, animate
-from .logs import declare_apart, declare_others, read_log
-from .paths import made_from
-from .terminal import print_rows
+from .parts.logs import declare_apart, declare_others, read_log
+from .parts.paths import made_from
+from .parts.terminal import print_rows
 
 DESCRIPTION = """\
 examples:

@@ -23,7 +23,7 @@ from ..cosim.ssp.ssb import read_signal_dictionary
 from ..cosim.ssp.ssm import read_parameter_mapping
 from ..cosim.ssp.ssv import read_parameter_set
 from ..errors import TwipError
-from .experiment import declare_experiment, load_system, request
+from .parts.experiment import declare_experiment, load_system, request
 
 DESCRIPTION = """\
 examples:

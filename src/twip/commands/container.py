@@ -8,10 +8,10 @@ from ..cosim import load
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
 from ..lab.endings import check_ending
-from .experiment import declare_values, pairs
-from .paths import refuse_clashes
-from .terminal import print_rows
-from .unbuilt import told_to_build
+from .parts.build_hint import told_to_build
+from .parts.experiment import declare_values, pairs
+from .parts.paths import refuse_clashes
+from .parts.terminal import print_rows
 
 DESCRIPTION = """\
 examples:

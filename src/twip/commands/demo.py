@@ -5,8 +5,8 @@ from pathlib import Path
 
 from ..interrupts import INTERRUPTED
 from ..lab.demo import demo
-from .progress import progress_bar
-from .terminal import notice, print_json, print_rows
+from .parts.progress import progress_bar
+from .parts.terminal import notice, print_json, print_rows
 
 DESCRIPTION = """\
 examples:

@@ -14,7 +14,7 @@ from ..lab.identification.recording import Recording
 from ..lab.identification.report import notes, table
 from ..lab.identification.steady import SteadySamples
 from ..robot.parameters import value
-from .terminal import notice
+from .parts.terminal import notice
 
 DESCRIPTION = """\
 examples:

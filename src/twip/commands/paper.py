@@ -14,7 +14,7 @@ from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElaps
 from ..errors import TwipError
 from ..lab.paper.programme import FIGURES, GROUPS, TABLES, Report, chosen, run_paper
 from ..lab.paper.reports import missed, terminal_table, write_reports
-from .terminal import print_rows
+from .parts.terminal import print_rows
 
 DESCRIPTION = f"""\
 examples:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from ..cosim import load
 from ..cosim.ssp.parameter_file import parameters_of, write_parameter_set
-from .paths import refuse_clashes
-from .terminal import print_rows
-from .unbuilt import told_to_build
+from .parts.build_hint import told_to_build
+from .parts.paths import refuse_clashes
+from .parts.terminal import print_rows
 
 DESCRIPTION = """\
 examples:

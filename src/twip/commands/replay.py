@@ -10,8 +10,8 @@ from ..lab.endings import check_ending
 from ..lab.recordings import open_log
 from ..lab.replay import replay
 from ..lab.replay_signals import replay_signals
-from .paths import refuse_clashes
-from .terminal import print_rows
+from .parts.paths import refuse_clashes
+from .parts.terminal import print_rows
 
 DESCRIPTION = """\
 examples:

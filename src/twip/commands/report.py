@@ -6,9 +6,9 @@ from pathlib import Path
 from ..errors import TwipError
 from ..lab.metrics import is_robot, measure
 from ..lab.report import ENDINGS, report, sweep_report
-from .logs import extent, read_log
-from .paths import beside, made_from
-from .terminal import print_json, print_rows
+from .parts.logs import extent, read_log
+from .parts.paths import beside, made_from
+from .parts.terminal import print_json, print_rows
 
 DESCRIPTION = """\
 examples:

@@ -18,12 +18,12 @@ from ..errors import TwipError
 from ..lab.course import Course
 from ..lab.metrics import Verdict, is_robot
 from ..lab.scene import scene
-from . import live
-from .coupling import coupling_options
-from .experiment import declare_experiment, load_system, request, swaps
-from .paths import refuse_clashes
-from .progress import progress_bar
-from .terminal import Warnings, notice, print_json, print_rows
+from .parts import live
+from .parts.coupling import coupling_options
+from .parts.experiment import declare_experiment, load_system, request, swaps
+from .parts.paths import refuse_clashes
+from .parts.progress import progress_bar
+from .parts.terminal import Warnings, notice, print_json, print_rows
 
 DEFAULT = Path()
 """Stands for the default path where an option is given without one."""

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from ..lab.stability_report import report
-from .progress import progress_bar
-from .terminal import print_rows
+from .parts.progress import progress_bar
+from .parts.terminal import print_rows
 
 DESCRIPTION = """\
 examples:

@@ -17,11 +17,11 @@ from ..lab.sweep.plan import ParameterSet, Plan
 from ..lab.sweep.plan_file import read_plan
 from ..lab.sweep.run import Outcome, run_sweep
 from ..lab.sweep.statistics import Rate
-from .experiment import pairs
-from .paths import refuse_clashes
-from .progress import progress_bar
-from .sweep_questions import Questions, logs_of, remove_earlier
-from .terminal import notice, print_json, print_rows
+from .parts.experiment import pairs
+from .parts.paths import refuse_clashes
+from .parts.progress import progress_bar
+from .parts.sweep_questions import Questions, logs_of, remove_earlier
+from .parts.terminal import notice, print_json, print_rows
 
 DESCRIPTION = """\
 examples:

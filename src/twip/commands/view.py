@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 
 from ..lab.rerun_view import APART, FORMATS, recording, rerun
-from .logs import declare_apart, declare_others, read_log
-from .paths import made_from
-from .terminal import print_rows
+from .parts.logs import declare_apart, declare_others, read_log
+from .parts.paths import made_from
+from .parts.terminal import print_rows
 
 DESCRIPTION = """\
 examples:

@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import TwipError
-from ..lab.sweep.keep import Keep
-from ..lab.sweep.known import SUCCESS, Known, refuse
-from ..lab.sweep.parquet import Results
-from ..lab.sweep.pictures import draw_map, draw_rate, draw_sensitivity
+from ...errors import TwipError
+from ...lab.sweep.keep import Keep
+from ...lab.sweep.known import SUCCESS, Known, refuse
+from ...lab.sweep.parquet import Results
+from ...lab.sweep.pictures import draw_map, draw_rate, draw_sensitivity
 
 KINDS = ("map", "rate", "sensitivity")
 """Of pictures."""

@@ -4,7 +4,7 @@ import argparse
 import sys
 from typing import NoReturn
 
-from ..errors import clear
+from ...errors import clear
 
 USAGE = 2
 """Exit status when the options cannot be understood."""

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..errors import TwipError
-from ..fmi.ssp_package import SSD, needed_fmus
+from ...errors import TwipError
+from ...fmi.ssp_package import SSD, needed_fmus
 
 
 @contextmanager

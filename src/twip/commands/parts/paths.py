@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ..errors import TwipError
-from ..lab.endings import check_ending
+from ...errors import TwipError
+from ...lab.endings import check_ending
 
 
 def beside(log: Path, ending: str) -> Path:

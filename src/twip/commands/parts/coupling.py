@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from ..cosim.coupling.algorithm import COUPLINGS
-from ..errors import TwipError
+from ...cosim.coupling.algorithm import COUPLINGS
+from ...errors import TwipError
 
 
 def declare_coupling(parser: argparse.ArgumentParser) -> None:

@@ -3,13 +3,13 @@
 import argparse
 from collections.abc import Sequence
 
-from ..cosim import System, load
-from ..cosim.coupling.algorithm import Algorithm
-from ..cosim.run.experiment import time_problems
-from ..cosim.run.preparation import Request
-from ..errors import TwipError
+from ...cosim import System, load
+from ...cosim.coupling.algorithm import Algorithm
+from ...cosim.run.experiment import time_problems
+from ...cosim.run.preparation import Request
+from ...errors import TwipError
+from .build_hint import told_to_build
 from .coupling import coupling_options, declare_coupling
-from .unbuilt import told_to_build
 
 
 def declare_values(parser: argparse.ArgumentParser) -> None:

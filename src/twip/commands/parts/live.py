@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from signal import SIGINT
 
-from ..cosim.scenario.live_inputs import LiveInputs, open_inputs
-from ..cosim.system import System
-from ..errors import TwipError
-from ..lab.live import HOST, PORT, LiveView
-from ..lab.teleop import HELP, Teleop
+from ...cosim.scenario.live_inputs import LiveInputs, open_inputs
+from ...cosim.system import System
+from ...errors import TwipError
+from ...lab.live import HOST, PORT, LiveView
+from ...lab.teleop import HELP, Teleop
 from .keyboard import keys
 from .terminal import notice
 

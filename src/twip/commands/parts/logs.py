@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..cosim.log.playback import Playback, read
-from ..lab.remarks import cut_off
+from ...cosim.log.playback import Playback, read
+from ...lab.remarks import cut_off
 
 
 def declare_others(parser: argparse.ArgumentParser) -> None:
