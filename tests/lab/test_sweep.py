@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from twip.cosim.fmus.component import Instance
 from twip.errors import TwipError
 from twip.lab.sweep.axis import Axis
 from twip.lab.sweep.design import run_seed
+from twip.lab.sweep.journal import Journal
 from twip.lab.sweep.parquet import Results
 from twip.lab.sweep.plan import ParameterSet, Plan
 from twip.lab.sweep.run import run_sweep
@@ -143,6 +145,43 @@ def test_a_killed_sweep_is_resumed_to_the_same_file(system, reference, tmp_path,
     assert 1 <= outcome.done_now < RUNS
     assert out.read_bytes() == reference
     assert not journal.exists()
+
+
+@pytest.mark.parametrize("length", [0, 5, 60])
+@pytest.mark.parametrize("resume", [False, True])
+def test_a_journal_that_is_cut_off_in_its_first_line_is_begun_anew(system, reference, tmp_path, length, resume):
+    out, journal = tmp_path / "out.parquet", tmp_path / "out.parquet.runs"
+    Journal(journal, many(system).describe(many(system).systems()), resume=False).close(forget=False)
+    whole = journal.read_bytes()
+    assert whole.index(b"\n") > 60
+    journal.write_bytes(whole[:length])
+    assert run_sweep(many(system), out, jobs=1, resume=resume).done_now == RUNS
+    assert out.read_bytes() == reference
+    assert not journal.exists()
+
+
+@pytest.mark.parametrize("content", [b"mine", b"mine\n", b'{"format": "other"}\n', b'{"format": "twip sweep 1"}\n'])
+def test_a_file_that_is_no_journal_is_kept_and_the_way_out_told(system, tmp_path, content):
+    journal = tmp_path / "out.parquet.runs"
+    journal.write_bytes(content)
+    for resume in (False, True):
+        with pytest.raises(TwipError, match=r"runs is no journal of a sweep: remove it, or take another --out$"):
+            run_sweep(many(system), tmp_path / "out.parquet", jobs=1, resume=resume)
+    assert journal.read_bytes() == content
+
+
+def test_a_full_disk_at_the_first_line_of_a_journal_blocks_no_later_sweep(system, tmp_path):
+    out = tmp_path / "out.parquet"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20, limits[1]))
+    try:
+        with pytest.raises(TwipError, match=r"out\.parquet\.runs: cannot be written \(File too large\)"):
+            run_sweep(many(system), out, jobs=1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert run_sweep(many(system), out, jobs=1).done_now == RUNS
 
 
 def test_only_the_same_sweep_is_resumed(system, tmp_path):
