@@ -109,10 +109,14 @@ def run_sweep(
             seconds = time.perf_counter() - started
             if not completed:
                 log.close(forget=not log.rows)
-        if log.rows:
-            write(out, plan, points, log.rows, description)
-        if completed:
-            log.close(forget=True)
+        written = False
+        try:
+            if log.rows:
+                write(out, plan, points, log.rows, description)
+            written = True
+        finally:
+            if completed:
+                log.close(forget=written)
     verdicts = [row.verdict for row in log.rows.values()]
     return Outcome(
         path=out,
