@@ -11,4 +11,4 @@ BLOCKS = tuple(block_folders())
 
 def face_of(name):
     """Return the Python file that declares a block."""
-    return OWN / name / f"{name}.py" if name in OWN_BLOCKS else block_folders()[name] / f"{name}.py"
+    return OWN / name / f"{name}.py" if (OWN / name).is_dir() else block_folders()[name] / f"{name}.py"

@@ -48,6 +48,11 @@ def kernel(function: Function) -> Function:
     return function
 
 
+def is_kernel(function: object) -> bool:
+    """Return whether a function is marked."""
+    return function in _kernels
+
+
 def compiled(function: Any) -> Any:
     """Return the compiled twin of a marked function; the marked functions it calls are compiled with it."""
     if function not in _twins:

@@ -163,9 +163,10 @@ def rolling_limit(v: Any, c: Constants) -> float:
     return limit
 
 
+@kernel
 def smallest_determinant(c: Constants) -> float:
     """Return the smallest M22 M44 - M24^2 [kg2.m4] over all leans, 0 if it is lost in rounding."""
-    m22, m44, reflected, first_moment = c[:4]
+    m22, m44, reflected, first_moment, _, _, _, _, _ = c
     m24 = first_moment + reflected
     determinant = m22 * m44 - m24 * m24
     return determinant if determinant > 1e-12 * m22 * m44 else 0.0
