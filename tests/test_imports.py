@@ -22,7 +22,7 @@ ALLOWED = {
         *("twip.cosim", "twip.errors", "twip.interrupts", "twip.outputs"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
-    "lab": {"twip", "PIL", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy"},
+    "lab": {"twip", "PIL", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy", "websockets"},
     "commands": {"twip", "numpy", "rich"},
 }
 """Per layer, what a module may import besides the standard library."""

@@ -1,27 +1,26 @@
-"""The live view and what steers it: Foxglove's protocol by a client that is not ours, keys through a terminal."""
+"""The live view and what steers it: Foxglove's protocol by a client, keys through a terminal."""
 
-import asyncio
 import json
 import os
 import pty
 import re
-import socket
-import struct
+import signal
 import sys
 import time
+from base64 import b64decode
 from importlib import import_module
 from math import radians
 from pathlib import Path
+from threading import Thread
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-from robot_log import METADATA, columns
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from live_client import Client, Inputs, robot_view
 
 from twip.cli import main
 from twip.commands.parts.keyboard import keys, split
-from twip.cosim import load
-from twip.cosim.record import Channel, Signal
+from twip.cosim import Table, load, simulate
 from twip.cosim.scenario.live_inputs import LiveInputs
 from twip.errors import TwipError
 from twip.lab import live
@@ -32,48 +31,29 @@ from twip.lab.teleop import DURATION, FORCE, PUSH, SPEED, SPEED_LIMIT, SPEED_STE
 ROOT = Path(__file__).parents[2]
 
 
-class Inputs(dict):
-    """Stands for `LiveInputs`: names and values."""
-
-    @property
-    def names(self):
-        return tuple(self)
-
-    def __setitem__(self, name, value):
-        if name not in self:
-            raise TwipError(f"there is no input {name}")
-        super().__setitem__(name, value)
-
-    def offer(self, name, value):
-        known = name in self and isinstance(value, int | float) and not isinstance(value, bool)
-        if known:
-            self[name] = value
-        return known
-
-
 def test_a_viewer_sets_what_an_input_takes_and_hears_of_the_rest(built):
     with load(built / "ssp" / "twip.ssp") as system:
         inputs = LiveInputs(system, [PUSH, SPEED, "controller.enable"])
-    listener = live._Listener(inputs, lambda name, value: (name, value))
-
-    def sent(name, value):
-        return SimpleNamespace(name=name, get_value=lambda: value)
-
-    wrong = [(PUSH, 1e308), (PUSH, True), (SPEED, float("nan")), ("controller.enable", 1.5), ("x", 1.0), (SPEED, [1.0])]
-    told = listener.on_set_parameters(None, [*(sent(*one) for one in wrong), sent(SPEED, 1)])
-    assert dict(told) == {PUSH: 0.0, SPEED: 1.0, "controller.enable": 1.0}
-    assert inputs.refusals() == [
-        f"refused, and left as it was: {why}"
-        for why in (
-            "plant.push_force cannot take 1e+308, which is above 1000",
-            "plant.push_force cannot take True, which is no number",
-            "controller.speed_reference cannot take nan, which is not finite",
-            "controller.enable cannot take 1.5, which is above 1",
-            f"there is no input x to set, only {PUSH}, {SPEED}, controller.enable",
-            "controller.speed_reference cannot take [1.0], which is no number",
-        )
+    wrong = [
+        ((PUSH, 1e308), "plant.push_force cannot take 1e+308, which is above 1000"),
+        ((PUSH, True), "plant.push_force cannot take True, which is no number"),
+        ((PUSH, None), "plant.push_force cannot take None, which is no number"),
+        ((SPEED, float("nan")), "controller.speed_reference cannot take nan, which is not finite"),
+        ((SPEED, 10**180), f"controller.speed_reference cannot take {10**180}, which is above 1e+12"),
+        (("controller.enable", 1.5), "controller.enable cannot take 1.5, which is above 1"),
+        (("x\n\ud800", 1.0), f"there is no input x\ufffd\ufffd to set, only {PUSH}, {SPEED}, controller.enable"),
+        ((SPEED, [1.0]), "controller.speed_reference cannot take [1.0], which is no number"),
+        ((SPEED, {"a": 1}), "controller.speed_reference cannot take {'a': 1}, which is no number"),
     ]
+    view = LiveView([], {}, inputs, port=0)
+    with Client(view) as client:
+        told = client.set([*(one for one, _ in wrong), (SPEED, 1)])
+    view.close()
+    assert told == {PUSH: 0.0, SPEED: 1.0, "controller.enable": 1.0}
+    assert inputs.refusals() == [f"refused, and left as it was: {why}" for _, why in wrong]
     assert inputs.refusals() == []
+    assert not inputs.offer(SPEED, 10**400)
+    assert "beyond the range of float64" in inputs.refusals()[0]
 
 
 def test_a_key_beyond_the_bounds_changes_nothing():
@@ -158,7 +138,7 @@ def test_no_terminal_no_keys(monkeypatch):
         assert not heard
 
 
-def test_without_foxglove_the_extra_is_named(monkeypatch):
+def test_without_websockets_the_extra_is_named(monkeypatch):
     monkeypatch.setattr(live, "find_spec", lambda _: None)
     with pytest.raises(TwipError, match=r"pip install -e '.\[view\]'"):
         LiveView([], {}, Inputs())
@@ -170,70 +150,65 @@ def test_a_wrong_address_is_refused(built, capsys):
         assert "must be HOST:PORT" in capsys.readouterr().err
 
 
-async def collect(address, send):
-    """Connect as Foxglove does, subscribe to all, run `send` in a thread, and return messages by topic and texts."""
-    websockets = import_module("websockets")
-    topics, found, texts = {}, {}, []
-    async with websockets.connect(address, subprotocols=["foxglove.sdk.v1"]) as socket_:
-        sending = None
-        while True:
-            try:
-                message = await asyncio.wait_for(socket_.recv(), 3.0)
-            except TimeoutError:
-                return found, texts
-            if isinstance(message, bytes):
-                channel, log_time = struct.unpack_from("<IQ", message, 1)
-                found.setdefault(topics[channel], []).append((log_time, message[13:]))
-                continue
-            texts.append(json.loads(message))
-            if texts[-1]["op"] == "advertise":
-                new = {c["id"]: c["topic"] for c in texts[-1]["channels"] if c["id"] not in topics}
-                topics.update(new)
-                wanted = [{"id": i, "channelId": i} for i in new]
-                await socket_.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
-            if sending is None and topics:
-                values = [{"name": YAW, "value": 0.5}, {"name": "no.such", "value": 1.0}, {"name": SPEED, "value": "x"}]
-                values.append({"name": SPEED, "value": True})
-                await socket_.send(json.dumps({"op": "setParameters", "parameters": values, "id": "1"}))
-                await asyncio.sleep(0.5)  # until the server has noted the subscriptions
-                sending = asyncio.get_running_loop().run_in_executor(None, send)
-
-
-@pytest.mark.foreign
 def test_foxglove_gets_rows_poses_and_shapes_and_sets_inputs():
-    times = np.arange(1001) / 1000.0
-    signals = columns(times)
-    grouped = {}
-    for name in signals:
-        component, _, variable = name.partition(".")
-        grouped.setdefault(component, []).append(Signal(variable, "Real", None, "output"))
-    channels = [Channel(component, tuple(of)) for component, of in grouped.items()]
-    rows = np.column_stack([signals[f"{c.component}.{s.name}"] for c in channels for s in c.signals])
     inputs = Inputs({YAW: 0.0, SPEED: 0.0})
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    view = LiveView(channels, METADATA, inputs, port=port)
+    view, times, rows = robot_view(inputs)
+    port = int(view.address.rpartition(":")[2])
     assert view.address == f"ws://127.0.0.1:{port}"
     with pytest.raises(TwipError, match="cannot listen there"):
-        LiveView(channels, METADATA, inputs, port=port)
-
-    def send():
-        for part in np.array_split(np.arange(len(times)), 100):
-            view.write(times[part], rows[part])
+        LiveView([], {}, inputs, port=port)
+    with Client(view) as client:
+        told = client.set([(YAW, 0.5), ("no.such", 1.0), (SPEED, "x"), (SPEED, True)])
+        client.subscribe()
+        for first in range(0, len(times), 10):
+            view.write(times[first : first + 10], rows[first : first + 10])
         view.event(1.0, "warning", "plant", "a word")
-
-    found, texts = asyncio.run(collect(view.address, send))
+        found = client.until("/log")
     view.close()
+    assert told == inputs == {YAW: 0.5, SPEED: 0.0}
     assert [time for time, _ in found["/tf"]] == [10_000_000 * k for k in range(101)]
     assert 49 <= len(found["/plant"]) <= 51
     assert b"<robot name=" in found["/robot_description"][0][1]
     assert b"a word" in found["/log"][0][1]
-    assert inputs == {YAW: 0.5, SPEED: 0.0}
-    told = [text for text in texts if text["op"] == "parameterValues"][-1]["parameters"]
-    assert {parameter["name"]: parameter["value"] for parameter in told} == {YAW: 0.5, SPEED: 0.0}
-    advertised = {c["topic"]: c["schemaName"] for text in texts if text["op"] == "advertise" for c in text["channels"]}
-    assert advertised["/tf"] == "foxglove.FrameTransforms"
+    assert client.channels["/tf"]["schemaName"] == "foxglove.FrameTransforms"
+    assert client.channels["/robot_description"]["schema"] == "string data"
+    assert client.channels["/robot_description"]["encoding"] == "cdr"
+    schema = FileDescriptorSet.FromString(b64decode(client.channels["/plant"]["schema"]))
+    assert [file.message_type[0].name for file in schema.file] == ["plant"]
+
+
+def test_what_a_viewer_sets_counts_in_the_run_and_stands_in_its_rows(built):
+    """Also what the keyboard sets is shown to it."""
+    with load(built / "ssp" / "twip.ssp") as system:
+        inputs = LiveInputs(system, [PUSH, YAW])
+        view, heard = LiveView(system.channels, {}, inputs, port=0), []
+
+        def steer():
+            try:
+                with Client(view, turning=False) as client:
+                    client.say(op="subscribeParameterUpdates", parameterNames=[YAW])
+                    heard.append(client.set([(PUSH, 3.0)]))
+                    inputs[YAW] = 0.25
+                    heard.append(client.values())
+            finally:
+                time.sleep(0.1)
+                os.kill(os.getpid(), signal.SIGINT)  # ends the run between two steps
+
+        class Steered(Table):
+            """A table that is steered from its first row on: until then blocks are compiled."""
+
+            def write(self, times, rows):
+                super().write(times, rows)
+                if not steering.ident:
+                    steering.start()
+
+        steering, table = Thread(target=steer), Steered(system.channels)
+        result = simulate(system, stop_time=60.0, real_time=1.0, live=inputs, sinks=[view, table])
+        steering.join()
+    assert result.interrupted
+    assert heard == [{PUSH: 3.0, YAW: 0.0}, {YAW: 0.25}]
+    assert set(table[PUSH]) == {0.0, 3.0}
+    assert table[YAW][-1] == 0.25
 
 
 def test_the_foxglove_layout_names_what_the_log_has():

@@ -151,13 +151,13 @@ def run(arguments: argparse.Namespace) -> int:
             if p and Path(p).is_file()
         ]
 
-        inputs = live.live_inputs(arguments.live, system)
+        inputs = live.live_inputs(arguments, system)
         course = Course(system.channels, arguments.resume is not None) if is_robot(system.columns) else None
 
         def sinks(grid: TimeGrid) -> list[Sink]:
             opened: list[Sink] = [Warnings()] if course is None else [Warnings(), course]
             if inputs is not None:
-                opened.append(live.live_view(arguments.live, system, metadata, inputs, grid.start))
+                opened.append(live.live_view(arguments, system, metadata, inputs, grid.start))
             if log is not None:
                 extras = scene(system.channels, metadata)
                 opened.append(McapLog(log, system.channels, metadata, attachments, grid.start, extras=extras))

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from signal import SIGINT
@@ -10,6 +10,7 @@ from signal import SIGINT
 from ...cosim.scenario.live_inputs import LiveInputs, open_inputs
 from ...cosim.system import System
 from ...errors import TwipError
+from ...lab.foxglove_protocol import WEB_APP
 from ...lab.live import HOST, PORT, LiveView
 from ...lab.teleop import HELP, Teleop
 from .keyboard import keys
@@ -26,23 +27,42 @@ def declare(parser: ArgumentParser) -> None:
         help=f"show the run in Foxglove as it goes (needs the extra `view`) and take inputs from there and, at a "
         f"terminal, from the keyboard ({HELP}); paces the run to the wall clock; default address: {HOST}:{PORT}",
     )
+    parser.add_argument(
+        "--live-origin",
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="with --live, let web pages of ORIGIN (such as https://viewer.example:8080) see and steer the run too; "
+        f"default: {WEB_APP} and programs that are no web pages",
+    )
 
 
-def live_inputs(address: str | None, system: System) -> LiveInputs | None:
-    """Return the inputs to set while the run goes on, none without `--live`."""
-    return None if address is None else LiveInputs(system, open_inputs(system))
+def live_inputs(arguments: Namespace, system: System) -> LiveInputs | None:
+    """Return the inputs to set while the run goes on, none without `--live`; raises TwipError."""
+    if arguments.live is None and arguments.live_origin:
+        raise TwipError(f"--live-origin {arguments.live_origin[0]} needs --live")
+    return None if arguments.live is None else LiveInputs(system, open_inputs(system))
 
 
 def live_view(
-    address: str, system: System, metadata: Mapping[str, Mapping[str, str]], inputs: LiveInputs, start_time: float
+    arguments: Namespace,
+    system: System,
+    metadata: Mapping[str, Mapping[str, str]],
+    inputs: LiveInputs,
+    start_time: float,
 ) -> LiveView:
     """Listen at `HOST:PORT` and say so; raises TwipError."""
+    address, origins = arguments.live, arguments.live_origin
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or int(port) > 65535:
         raise TwipError(f"--live {address}: must be HOST:PORT, such as {HOST}:{PORT}")
-    view = LiveView(system.channels, metadata, inputs, host, int(port), start_time)
+    view = LiveView(system.channels, metadata, inputs, host, int(port), start_time, origins, _warn)
     notice(f"live at {view.address} (Foxglove: Open connection)")
     return view
+
+
+def _warn(text: str) -> None:
+    print(f"twip: warning: {text}", file=sys.stderr, flush=True)
 
 
 @contextmanager

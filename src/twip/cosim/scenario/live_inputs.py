@@ -7,6 +7,7 @@ again. What was set stands in the log with the other inputs. A value must be one
 """
 
 import math
+import sys
 from collections.abc import Collection, Sequence
 from threading import Lock
 
@@ -52,6 +53,11 @@ class LiveInputs:
         with self._lock:
             return float(self._values[self.names.index(name)])
 
+    def present(self) -> dict[str, float]:
+        """Return the present values of all inputs."""
+        with self._lock:
+            return dict(zip(self.names, self._values.tolist(), strict=True))
+
     def __setitem__(self, name: str, value: object) -> None:
         """Set an input; raises TwipError for a name that is not among `names` and a value that it cannot take."""
         if name not in self.names:
@@ -83,6 +89,8 @@ class LiveInputs:
         target = self._targets[name]
         if not isinstance(value, int | float) or (isinstance(value, bool) and target.type != "Boolean"):
             why = "which is no number"
+        elif isinstance(value, int) and abs(value) > sys.float_info.max:
+            why = "which is beyond the range of float64"
         elif target.type == "Enumeration" and value not in dict(target.items).values():
             why = "which is no item of the enumeration"
         elif not (why := cannot_travel(target.type, value)):
