@@ -59,11 +59,15 @@ def bits(rows):
     return [struct.pack(f"{len(row)}d", *row) for row in rows]
 
 
-def main(fmu, folder, reference):
-    folder = Path(folder)
+def kept(folder):
+    """Make a folder with the marker of a master that keeps it."""
     folder.mkdir()
     (folder / "twip-keeps-this-folder").touch()
-    block = Instance(Fmu(fmu, folder))
+    return folder
+
+
+def main(fmu, folder, reference):
+    block = Instance(Fmu(fmu, kept(Path(folder))))
     _, expected, found = replay(block, Path(reference))
     block.free()
     differing = [k for k, (a, b) in enumerate(zip(expected, found, strict=True)) if a != b]

@@ -2,6 +2,7 @@
 
 import ast
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -45,6 +46,31 @@ def test_compiled_and_plain_give_the_same_bits(fmu_path, robot_block, tmp_path):
     out = run(fmu_path(robot_block), tmp_path / "kept", block_folders()[robot_block])
     assert out == f"{rows} rows, 0 differ, numba loaded\n"
     assert list((tmp_path / "kept" / "resources").glob("_twip_*/**/*.nbi"))
+
+
+DISK_FILLS = """
+import resource, signal, sys
+from pathlib import Path
+from fmi_host import WARNING, Fmu, Instance
+from fmi_replay import kept, replay
+fmu = Fmu(sys.argv[1], kept(Path(sys.argv[2])))
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+for _ in range(2):
+    one = Instance(fmu)
+    _, expected, found = replay(one, Path(sys.argv[3]))
+    print(found == expected, [text for status, _, text in one.log if status == WARNING])
+    one.free()
+"""
+
+
+def test_a_disk_that_fills_while_a_block_is_compiled_leaves_it_plain(fmu_path, tmp_path):
+    words = [fmu_path("motor"), tmp_path / "kept", block_folders()["motor"]]
+    command = [sys.executable, "-c", DISK_FILLS, *map(str, words)]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    told = "the block runs uncompiled: numba's cache cannot be written (File too large)"
+    assert (done.stdout, done.returncode) == (f"{True} {[told]}\n" * 2, 0), done.stderr
 
 
 def kernels(path):

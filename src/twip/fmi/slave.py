@@ -54,6 +54,8 @@ class BlockSlave:
         self._mode = INSTANTIATED
         self._start_time = 0.0
         self._messages = Messages(self.log_queue, self.logs_formats)
+        if self._table.why_plain:
+            self._messages.log(WARNING, f"the block runs uncompiled: {self._table.why_plain}")
         self._failure = ""  # traceback of the latest initialization
         self._stale = True  # initialization must run before outputs are read
         self._gate = self._block.gate

@@ -62,6 +62,8 @@ class Table:
         self.calculated = tuple(v.attribute for v in block.variables if v.causality not in ("parameter", "input"))
         self.outputs = tuple(v for v in block.variables if v.causality == "output")
         self.all_values = getter(self.attributes)
+        self.why_plain = ""
+        """Why the block is not compiled although it should be."""
 
     @cache  # noqa: B019 (a block has one table, which lives as long as the process)
     def compiled_step(self) -> int:

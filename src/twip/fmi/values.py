@@ -137,5 +137,10 @@ class CompiledValues:
 
 
 def new_values(table: Table) -> Values:
-    """Return the values of a new instance."""
-    return CompiledValues(table) if COMPILES else PlainValues(table)
+    """Return the values of a new instance: compiled where that pays and numba can keep what it compiles."""
+    if COMPILES and not table.why_plain:
+        try:
+            return CompiledValues(table)
+        except OSError as error:  # a full disk; every further instance would try again for as long
+            table.why_plain = f"numba's cache cannot be written ({error.strerror or error})"
+    return PlainValues(table)

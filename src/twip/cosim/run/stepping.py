@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..coupling.execution import Execution
+from ..coupling.loop import PythonLoop
 from ..coupling.variable_loop import VariableLoop
 from ..scenario.plan import ParameterChange
 from .checkpointing import save
@@ -13,10 +14,14 @@ CHUNK = 200
 
 
 def prepare_loop(run: RunState, execution: Execution) -> Loop:
-    """Return the loop, compiled."""
+    """Return the loop, compiled; where numba cannot keep what it compiles, the plain one, which gives the same."""
     loop = run.loop.make(execution)
     times, none = run.grid.times(run.steps, 0), np.zeros((0, len(execution.driven)))
-    loop.run(times, run.grid.step_size, none, np.empty((0, run.schedule.columns)), run.interrupted.array)
+    try:
+        loop.run(times, run.grid.step_size, none, np.empty((0, run.schedule.columns)), run.interrupted.array)
+    except OSError as error:  # no step is done here: it is numba that writes
+        run.say("warning", f"the loop runs uncompiled: numba's cache cannot be written ({error.strerror or error})")
+        return PythonLoop(execution)
     return loop
 
 
