@@ -13,9 +13,14 @@ WHERE = {
         ("setup", "enter", "exit", "set", "step", "get", "terminate", "free", "reset", "save", "restore"), 1
     )
 }
-WHAT = {"warning": 1, "discard": 2, "error": 3, "fatal": 4, "pending": 5} | {
-    name: i for i, name in enumerate(("crash", "quit", "loop", "abort", "print", "talk", "leak", "strange", "end"), 10)
-}
+WHAT = (
+    {"warning": 1, "discard": 2, "error": 3, "fatal": 4, "pending": 5}
+    | {
+        name: i
+        for i, name in enumerate(("crash", "quit", "loop", "abort", "print", "talk", "leak", "strange", "end"), 10)
+    }
+    | {name: i for i, name in enumerate(("leave", "vanish", "close", "fork"), 19)}
+)
 
 
 def build(folder: Path) -> Path:

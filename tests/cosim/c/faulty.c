@@ -20,7 +20,8 @@ typedef struct {
 } Callbacks;
 
 enum { SETUP = 1, ENTER, EXIT, SET, STEP, GET, TERMINATE, FREE, RESET, SAVE, RESTORE };
-enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING, CRASH = 10, QUIT, LOOP, ABORT, PRINT, TALK, LEAK, NOT_A_STATUS, END };
+enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING, CRASH = 10, QUIT, LOOP, ABORT, PRINT, TALK, LEAK, NOT_A_STATUS, END,
+       LEAVE, VANISH, CLOSE, FORK };
 
 typedef struct {
     Callbacks callbacks;
@@ -28,6 +29,8 @@ typedef struct {
     int where, what;
     double at, time, u, y;
 } State;
+
+static int forked;
 
 static int act(State *s, int what) {
     int i;
@@ -47,6 +50,12 @@ static int act(State *s, int what) {
     case LEAK: return malloc(1 << 20) ? OK : ERROR;
     case NOT_A_STATUS: return -7;
     case END: return DISCARD;
+    case LEAVE: exit(0);
+    case VANISH: _exit(0);
+    case CLOSE:
+        for (i = 3; i < 256; i++) close(i);
+        return OK;
+    case FORK: return forked++ ? OK : fork() < 0 ? ERROR : OK;
     }
     if (what > OK && what <= PENDING)
         s->callbacks.log(s->callbacks.environment, s->name, what, "log", "status %d on demand", what);

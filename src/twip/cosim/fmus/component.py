@@ -19,6 +19,7 @@ from ..system import Component
 from ..texts import number_of, text_of
 from ..values import StartValue, Value
 from .messages import LEVELS, Message
+from .sudden_end import watch
 from .variable import Variable
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -123,6 +124,7 @@ class Instance(ABC):
             ) from None
         finally:
             os.chdir(here)
+        watch(self.slave.dll._handle, folder)
         self._stays_loaded = _guard_exit(self.slave.dll._name)
         try:
             self._instantiate()

@@ -79,7 +79,7 @@ class Server:
     """The instance, and what the run asks of it."""
 
     def __init__(self, start: Start, shared: SharedValues, outbox: Outbox):
-        self._doing, self._index = shared.doing, start.index
+        self._doing, self._index, self._process = shared.doing, start.index, os.getpid()
         self._clock = np.array([start.time])
         self._instance = instantiate(start.component, start.folder, outbox, set(), self._clock)
         self._ports = Ports(start.ports, self._instance, shared.values)
@@ -103,6 +103,7 @@ class Server:
         if not math.isnan(step_at):
             self._doing[self._index], self._clock[0] = STEPPING, step_at
             self._instance.step(begin, step_size)
+            end_copy(self._process)  # before it writes old outputs beside the new ones
         self._doing[self._index], self._clock[0] = GETTING, get_at
         self._ports.get_outputs()
 

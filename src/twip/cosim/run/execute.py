@@ -5,6 +5,7 @@ import time
 
 from ...errors import TwipError
 from ..fmus.component import EndRequestedError
+from ..fmus.sudden_end import sudden_end_told
 from ..results import Result
 from ..texts import text_of
 from .run_state import RunState
@@ -14,6 +15,11 @@ from .stepping import advance, advance_freely, prepare_loop
 
 def execute(run: RunState) -> Result:
     """Initialize, run, deliver, and free everything on the way out."""
+    with sudden_end_told(run.folders, run.clock):
+        return _execute(run)
+
+
+def _execute(run: RunState) -> Result:
     begin = time.perf_counter()
     for warning in run.warnings:
         run.say("warning", warning)

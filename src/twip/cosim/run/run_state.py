@@ -74,6 +74,8 @@ class RunState:
     """Inputs that are set from outside; what they refuse is told in the log."""
     instances: list[InstanceFace] = field(default_factory=list)
     dead: set[pathlib.Path] = field(default_factory=set)
+    folders: dict[pathlib.Path, str] = field(default_factory=dict)
+    """Unpacked FMUs that are used in this process, and whose they are."""
 
     def __post_init__(self) -> None:
         system, grid, self.inputs = self.system, self.grid, self.scenario.inputs

@@ -73,6 +73,9 @@ def _instantiate(run: RunState, folders: Sequence[pathlib.Path]) -> list[PortsFa
                 return None
             each.load()
         return [*isolated]
+    for folder in folders:
+        users = [component for component, its in parts if its == folder]
+        run.folders[folder] = f"{', '.join(c.name for c in users)} ({pathlib.PurePath(users[0].fmu.name).name})"
     for (component, folder), plan in zip(parts, run.schedule.components, strict=True):
         if run.interrupted:
             return None
