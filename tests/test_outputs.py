@@ -21,6 +21,7 @@ ELSEWHERE = {
     "cosim/fmus/kept.py": "a folder that is renamed as a whole",
     "cosim/log/sole_file.py": "files that grow during a run",
     "cosim/system.py": "a temporary folder",
+    "fmi/native/toolchain.py": "a temporary folder",
     "fmi/package.py": "a temporary folder",
     "lab/rerun_view.py": "a temporary folder",
     "outputs.py": "the one way",
