@@ -36,6 +36,7 @@ TOO_SHORT = "1e-09 s, the resolution of its times: 1e+03 rows would share one"
 )
 def test_a_log_refuses_times_before_the_run(folder, tmp_path, start, stop, step, said):
     path, progress = tmp_path / "a.mcap", []
+    path.write_bytes(b"an earlier log")
     with load(one(folder)) as loaded:
         for sinks in (
             McapLog(path, loaded.channels, {}, start_time=start),
@@ -46,6 +47,7 @@ def test_a_log_refuses_times_before_the_run(folder, tmp_path, start, stop, step,
                 simulate(loaded, sinks=sinks, **options)
             assert str(failure.value) == f"log {str(path)!r}: {said}"
             assert not progress
+            assert path.read_bytes() == b"an earlier log"
 
 
 @pytest.mark.parametrize(("stop", "step"), [(1e-9, 1e-12), (1e10, 1e7), (1e308, 1e307)])
