@@ -4,12 +4,12 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 from importlib.metadata import version
 from io import TextIOWrapper
 
 from .commands.parts.grammar import Grammar
 from .errors import TwipError
+from .extras import command
 from .interrupts import INTERRUPTED, deferred_interrupt
 
 CLOSED_PIPE = 141
@@ -55,7 +55,7 @@ def parser(chosen: str | None = None) -> Grammar:
     for name, summary in COMMANDS.items():
         description = commands.add_parser(name, help=summary, formatter_class=argparse.RawDescriptionHelpFormatter)
         if name == chosen:
-            import_module(f".commands.{name}", __package__).declare(description)
+            command(name, f"{__package__}.commands.{name}").declare(description)
     return top
 
 

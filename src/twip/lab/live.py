@@ -9,7 +9,6 @@ import re
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from ..cosim.log.mcap_log import declare
 from ..cosim.record import Channel
 from ..cosim.scenario.live_inputs import LiveInputs
 from ..errors import TwipError
+from ..extras import optional
 from . import foxglove_protocol as protocol
 from . import live_link
 from .live_link import ServerProcess
@@ -56,8 +56,7 @@ class LiveView:
         say: Callable[[str], None] = lambda _: None,
     ) -> None:
         """Listen; raises TwipError without websockets, for an origin that is none, or if it cannot listen there."""
-        if find_spec("websockets") is None:
-            raise TwipError("websockets is not installed: pip install -e '.[view]'")
+        optional("websockets", "a live view")
         for origin in origins:
             if not _ORIGIN.fullmatch(origin):
                 raise TwipError(f"origin {origin!r} must be SCHEME://HOST or SCHEME://HOST:PORT, without a path")

@@ -11,7 +11,6 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from ..cosim.log.mcap_log import McapLog
 from ..cosim.log.playback import Playback, read
 from ..cosim.record import Channel
 from ..errors import TwipError
+from ..extras import missing, optional
 from ..outputs import replacing
 from .drawing import INK, PALETTE, look
 from .endings import check_ending
@@ -114,14 +114,14 @@ def rerun() -> str:
     beside = shutil.which("rerun", path=str(Path(sys.executable).parent))
     program = beside or shutil.which("rerun")
     if program is None or find_spec("rerun") is None:
-        raise TwipError("Rerun is not installed: pip install -e '.[view]'")
+        raise missing("rerun", "this view")
     return program
 
 
 def blueprint(shown: Sequence[Shown]) -> Any:
     """Return the layout for logs."""
-    layout: Any = import_module("rerun.blueprint")
-    sdk: Any = import_module("rerun")
+    layout = optional("rerun.blueprint", "this view")
+    sdk = optional("rerun", "this view")
     merged: dict[str, list[tuple[int, int, Line]]] = {}
     for i, one in enumerate(shown):
         for panel in panels(one.log):

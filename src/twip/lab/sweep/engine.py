@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import Any
 
 from ...errors import TwipError
+from ...extras import optional
 from .measures import ERROR
 from .worker import Batch, Job, Rehearsal, Row, SignalledError, Task, rehearse, run_tasks
 
@@ -39,7 +40,7 @@ class Engine:
 
     def __init__(self, jobs: int, dask: str | None = None):
         """`jobs` local processes, this one if it is 1; or the workers of the Dask scheduler at an address."""
-        self._joblib = _optional("joblib", "sweep")
+        self._joblib = optional("joblib", "a sweep")
         self._jobs = jobs
         self._client: Any = None
         if dask is not None:
@@ -47,7 +48,7 @@ class Engine:
         self._failures = _failures(self._client is not None)
 
     def _connect(self, address: str) -> None:
-        distributed = _optional("distributed", "cluster")
+        distributed = optional("distributed", "a sweep on a cluster")
         try:
             self._client = distributed.Client(address, timeout=_CONNECT, set_as_default=True)
             self._client.wait_for_workers(1, timeout=_CONNECT)
@@ -142,13 +143,6 @@ def _begin(batches: Sequence[list[Task]], begun: dict[int, Task]) -> Iterator[li
     for batch in batches:
         begun.update((task.number, task) for task in batch)
         yield batch
-
-
-def _optional(name: str, extra: str) -> Any:
-    try:
-        return import_module(name)
-    except ImportError:
-        raise TwipError(f"this needs {name}, which comes with pip install -e '.[{extra}]'") from None
 
 
 def _failures(cluster: bool) -> tuple[type[BaseException], ...]:

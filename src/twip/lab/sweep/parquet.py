@@ -9,7 +9,6 @@ import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from ...cosim.values import Value
 from ...errors import TwipError
+from ...extras import optional
 from ...outputs import replacing
 from .plan import Plan, Point
 from .worker import Row
@@ -33,10 +33,7 @@ _ENGINES = ("twip", "numpy", "scipy", "fmpy", "pyarrow")
 
 def arrow(name: str) -> Any:
     """Return a module of pyarrow. Raises `TwipError` when it is not installed."""
-    try:
-        return import_module(name)
-    except ImportError:
-        raise TwipError("sweeps need pyarrow and joblib, which come with pip install -e '.[sweep]'") from None
+    return optional(name, "a sweep")
 
 
 def write(
