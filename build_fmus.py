@@ -3,6 +3,7 @@
 python build_fmus.py
 python build_fmus.py plant imu
 python build_fmus.py --fmi 3
+python build_fmus.py --native
 """
 
 import sys

@@ -1,11 +1,17 @@
 """The FMUs of all blocks and of this folder's own small blocks, unpacked and loaded once."""
 
+import fmi3_host
+import fmi_host
 import pytest
 from fmi_blocks import BLOCKS, OWN_BLOCKS, face_of
 from fmi_host import Fmu, Instance
 
 from twip.fmi.blocks import load_block
 from twip.fmi.build import build_blocks
+from twip.fmi.native.package import package_native
+from twip.fmi.native.toolchain import this_machine
+
+HOSTS = {"2.0": fmi_host, "3.0": fmi3_host}
 
 
 def pytest_generate_tests(metafunc):
@@ -62,6 +68,47 @@ def instance(loaded):
 
     def make(name):
         made.append(Instance(loaded(name)))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.free()
+
+
+@pytest.fixture(scope="session")
+def native_path(tmp_path_factory):
+    """Path of a native FMU by block and FMI version."""
+    built = {}
+
+    def path(name, version):
+        if (name, version) not in built:
+            built[name, version] = tmp_path_factory.mktemp("native") / f"{name}.fmu"
+            package_native(face_of(name), built[name, version], version, [this_machine()])
+        return built[name, version]
+
+    return path
+
+
+@pytest.fixture(scope="session")
+def native_loaded(native_path, tmp_path_factory):
+    """The unpacked and loaded FMU by block and FMI version."""
+    fmus = {}
+
+    def load(name, version):
+        if (name, version) not in fmus:
+            fmus[name, version] = HOSTS[version].Fmu(native_path(name, version), tmp_path_factory.mktemp(name))
+        return fmus[name, version]
+
+    return load
+
+
+@pytest.fixture
+def native(native_loaded):
+    """Make instances of a native block; they are freed after the test."""
+    made = []
+
+    def make(name, version="2.0"):
+        made.append(HOSTS[version].Instance(native_loaded(name, version)))
         return made[-1]
 
     yield make

@@ -20,6 +20,7 @@ LOGGER = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 ALLOCATE = CFUNCTYPE(c_void_p, c_size_t, c_size_t)
 FREE = CFUNCTYPE(None, c_void_p)
 FINISHED = CFUNCTYPE(None, c_void_p, c_int)
+LIBRARY = ctypes.CDLL(None)
 C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 
 
@@ -62,8 +63,8 @@ class Instance:
         self.records = []
         self.callbacks = Callbacks(
             LOGGER(lambda _, __, status, category, message: self.records.append((status, category, message))),
-            ALLOCATE(lambda _, __: None),
-            FREE(lambda _: None),
+            ALLOCATE(ctypes.cast(LIBRARY.calloc, c_void_p).value),
+            FREE(ctypes.cast(LIBRARY.free, c_void_p).value),
             FINISHED(lambda _, __: None),
             None,
         )

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..cosim import load
-from ..fmi.build import build_all, build_fmi3
+from ..fmi.build import build_all, build_fmi3, build_native
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
 from .container import default_name
@@ -17,10 +17,12 @@ examples:
   twip build
   twip build motor plant --out /tmp/robot
   twip build --fmi 3
+  twip build --native
 
 Build the blocks' FMUs, the wired systems' SSPs and the whole robot as one FMU (fmus/twip.fmu in FMI 2.0,
 fmus/twip_fmi3.fmu in FMI 3.0), and print their paths; with --fmi 3 the blocks alone, in FMI 3.0, as
-fmus/<block>_fmi3.fmu."""
+fmus/<block>_fmi3.fmu. With --native the FMUs hold C and libraries for Linux, Windows and macOS in place of Python
+(docs/native.md): fmus/<block>_native.fmu and ssp/<system>_native.ssp, with --fmi 3 fmus/<block>_native_fmi3.fmu."""
 
 
 def declare(parser: argparse.ArgumentParser) -> None:
@@ -37,11 +39,18 @@ def declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fmi", choices=[v[0] for v in FMI_VERSIONS], default="2", help="major version of FMI; default: 2"
     )
+    parser.add_argument(
+        "--native", action="store_true", help="FMUs without Python, by a C compiler (extra `native`, else cc)"
+    )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Build, and return the exit status."""
+    if arguments.native:
+        version = next(v for v in FMI_VERSIONS if v.startswith(arguments.fmi))
+        build_native(arguments.out, arguments.blocks or None, print, version)
+        return 0
     if arguments.fmi == "3":
         build_fmi3(arguments.out, arguments.blocks or None, print)
         return 0

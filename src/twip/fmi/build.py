@@ -3,13 +3,15 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..errors import TwipError
 from ..outputs import make_writable, write_file
 from .blocks import PACKAGE, block_folders, source_root
+from .native.package import package_native
+from .native.toolchain import PLATFORMS, Platform
 from .ssp_package import needed_fmus, package_system, system_folders
 
 REFUSED = 3
@@ -51,6 +53,40 @@ def build_fmi3(
     return build_blocks(jobs, progress or (lambda _: None), "3.0")
 
 
+def build_native(
+    output: Path,
+    names: Iterable[str] | None = None,
+    progress: Callable[[Path], None] | None = None,
+    version: str = "2.0",
+    platforms: Sequence[Platform] = PLATFORMS,
+) -> list[Path]:
+    """Build `output/fmus/<block>_native.fmu`, in FMI 3.0 `<block>_native_fmi3.fmu`, the blocks without Python; for FMI
+    2.0 also the systems of them, `output/ssp/<system>_native.ssp`. Returns their paths; see `build_all`.
+    """
+    report, ending = progress or (lambda _: None), "_native" if version == "2.0" else "_native_fmi3"
+    fmus = output / "fmus"
+    make_writable(fmus)
+    jobs = [(face, fmus / f"{n}{ending}.fmu") for n, face in _chosen(names).items()]
+    built = _in_parallel(jobs, report, lambda face, fmu: _build_native(face, fmu, version, platforms))
+    if version == "2.0":
+        for name, folder in system_folders(source_root()).items():
+            needed = needed_fmus(folder)
+            if (names is None or needed & set(names)) and all((fmus / f"{n}_native.fmu").is_file() for n in needed):
+                built.append(output / "ssp" / f"{name}_native.ssp")
+                package_system(folder, fmus, built[-1], "_native")
+                report(built[-1])
+    return built
+
+
+def _build_native(face: Path, output: Path, version: str, platforms: Sequence[Platform]) -> str:
+    """Build one FMU and return what went wrong, or nothing."""
+    try:
+        package_native(face, output, version, platforms)
+    except TwipError as error:
+        return str(error)
+    return ""
+
+
 def _chosen(names: Iterable[str] | None) -> dict[str, Path]:
     """Return the faces of the named blocks, or of all; an unknown name raises TwipError."""
     folders = block_folders(source_root())
@@ -68,11 +104,16 @@ def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None], 
     """
     for folder in {output.parent for _, output in jobs}:
         make_writable(folder)
+    return _in_parallel(jobs, report, lambda face, output: _build_block(face, output, version))
+
+
+def _in_parallel(
+    jobs: list[tuple[Path, Path]], report: Callable[[Path], None], build: Callable[[Path, Path], str]
+) -> list[Path]:
+    """Let `build` make each output of its face, and raise what went wrong together."""
     with ThreadPoolExecutor(max_workers=min(len(jobs), os.cpu_count() or 1) or 1) as pool:
         problems = []
-        for (_, output), problem in zip(
-            jobs, pool.map(lambda job: _build_block(job[0], job[1], version), jobs), strict=True
-        ):
+        for (_, output), problem in zip(jobs, pool.map(lambda job: build(*job), jobs), strict=True):
             if problem:
                 problems.append(problem)
             else:

@@ -34,7 +34,7 @@ class ContainerInterface:
 
     def interface(self, name: str, description: str, step_size: float, stop_time: float) -> Interface:
         """Return the face to write. Value reference 0 is time, also where FMI 2.0 does not show it."""
-        abilities = Capabilities(self.needs_execution_tool, False, self.only_once, False, step_size)
+        abilities = Capabilities(self.needs_execution_tool, False, self.only_once, False, fixed_step=step_size)
         categories = {
             "logStatusError": "the container refuses something",
             "logFMICalls": "calls of the components",

@@ -54,9 +54,13 @@ def model_description(interface: Interface, version: str, token: str, origin: Or
     if two:
         root.set("numberOfEventIndicators", "0")
     abilities = co_simulation_fmi2 if two else co_simulation_fmi3
-    etree.SubElement(
+    co_simulation = etree.SubElement(
         root, "CoSimulation", {"modelIdentifier": interface.identifier, **abilities(interface.capabilities)}
     )
+    if two and interface.sources:
+        files = etree.SubElement(co_simulation, "SourceFiles")
+        for name in interface.sources:
+            etree.SubElement(files, "File", {"name": name})
     if interface.units:
         definitions = etree.SubElement(root, "UnitDefinitions")
         definitions.extend(copy.deepcopy(unit) for unit in interface.units)

@@ -15,7 +15,7 @@ def co_simulation(abilities: Capabilities) -> dict[str, str]:
         "maxOutputDerivativeOrder": 0,
         "canRunAsynchronuously": False,
         "canBeInstantiatedOnlyOncePerProcess": abilities.only_once,
-        "canNotUseMemoryManagementFunctions": True,
+        "canNotUseMemoryManagementFunctions": not abilities.host_memory,
         "canGetAndSetFMUstate": abilities.state,
         "canSerializeFMUstate": abilities.state,
         "providesDirectionalDerivative": False,

@@ -25,6 +25,8 @@ class Capabilities:
     """Whether a process may hold one instance only."""
     state: bool = True
     """Whether the state can be saved, restored and serialised."""
+    host_memory: bool = False
+    """Whether it takes memory from the callbacks of FMI 2.0 alone."""
     fixed_step: float | None = None
     """Step of the inside in s; the communication step must be a whole multiple of it."""
 
@@ -47,6 +49,8 @@ class Interface:
     first_reference: int = 0
     time_reference: int = 0
     """Value reference of the independent variable in FMI 3.0, where it must be declared."""
+    sources: tuple[str, ...] = ()
+    """C files of which the FMU can be built."""
     native: bool = False
     """Whether it offers native functions (docs/native.md)."""
     initially_all: bool = False

@@ -24,10 +24,10 @@ def licence_of(package: str) -> bytes:
     return theirs[0].read_text(encoding="utf-8").encode()
 
 
-def origin_of(terms: str, package: str) -> Origin:
-    """Return the origin of an FMU made with an installed package, under the licence `terms`."""
+def origin_of(terms: str, package: str = "") -> Origin:
+    """Return the origin of an FMU made with an installed package, or with nothing else, under the licence `terms`."""
     holder = next(line.strip() for line in terms.splitlines() if line.startswith("Copyright"))
-    tool = f"twip, {package} {importlib.metadata.version(package)}"
+    tool = f"twip, {package} {importlib.metadata.version(package)}" if package else "twip"
     return Origin(holder.split(maxsplit=3)[-1], version(), terms.split(maxsplit=1)[0], holder, tool)
 
 

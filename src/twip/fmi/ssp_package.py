@@ -23,15 +23,16 @@ def needed_fmus(folder: Path) -> set[str]:
     return {Path(s).stem for s in sources if not (folder / s).is_file()}
 
 
-def package_system(folder: Path, fmus: Path, output: Path) -> None:
+def package_system(folder: Path, fmus: Path, output: Path, ending: str = "") -> None:
     """Write the .ssp of a source folder: its files as they are, and from `fmus` the FMUs its components refer to.
 
-    A reference to what is neither there nor built raises TwipError.
+    `ending` follows the names of the files in `fmus`: `_native` takes `plant_native.fmu` for `resources/plant.fmu`. A
+    reference to what is neither there nor built raises TwipError.
     """
     paths = [p for p in sorted(folder.rglob("*")) if p.is_file() and not p.name.startswith(".")]
     files = {p.relative_to(folder).as_posix(): p.read_bytes() for p in paths}
     for source in _sources(folder, "Component"):
-        fmu = fmus / Path(source).name
+        fmu = fmus / f"{Path(source).stem}{ending}.fmu"
         if source in files:
             continue
         if not fmu.is_file():

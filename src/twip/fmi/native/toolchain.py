@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,15 +47,17 @@ _LINK = {"so": ("-s", "-Wl,--build-id=none"), "dll": ("-s", "-lkernel32"), "dyli
 HOST_COMPILERS = ("cc", "gcc", "clang")
 
 
-def libraries(name: str, sources: Mapping[str, bytes], version: str) -> dict[str, bytes]:
-    """Return path in the FMU → library `name` for all platforms that the compiler at hand serves.
+def libraries(
+    name: str, sources: Mapping[str, bytes], version: str, platforms: Sequence[Platform] = PLATFORMS
+) -> dict[str, bytes]:
+    """Return path in the FMU → library `name` for the platforms that the compiler at hand serves.
 
     `sources` are .c and .h files by name. The same sources and compiler give the same bytes. Raises TwipError when
     there is no compiler, or when it refuses the sources.
     """
     zig = _zig()
     built: dict[tuple[str, str], list[bytes]] = {}
-    for target in PLATFORMS if zig else [this_machine()]:
+    for target in platforms if zig else [this_machine()]:
         command = [str(zig), "cc", "-target", target.triple] if zig else [_host_compiler(), "-fPIC"]
         folder = target.fmi2 if version == "2.0" else target.fmi3
         built.setdefault((folder, target.ending), []).append(_library(command, name, target, sources))
@@ -114,6 +116,8 @@ def _library(command: list[str], name: str, target: Platform, sources: Mapping[s
 
 def _environment() -> dict[str, str]:
     """Return the compiler's environment; Zig keeps what it has compiled outside the source tree."""
+    if os.environ.get("ZIG_GLOBAL_CACHE_DIR"):
+        return {**os.environ, "ZIG_LOCAL_CACHE_DIR": os.environ["ZIG_GLOBAL_CACHE_DIR"], "LC_ALL": "C"}
     given, shared = os.environ.get("TWIP_CACHE"), os.environ.get("XDG_CACHE_HOME", "")
     root = Path(given) if given else (Path(shared) if os.path.isabs(shared) else Path.home() / ".cache") / "twip"
     cache = str(root.absolute() / "zig")
