@@ -7,7 +7,7 @@ from ...errors import TwipError
 from .estimate import Estimate
 from .friction import WAYS, Friction, balance
 from .inertia import fit_inertia
-from .recording import Recording
+from .recording import Recording, read_by_one_sensor
 from .run_up import RunUp, run_ups
 from .steady import SteadySamples, joined, steady_samples
 from .stribeck import fit_friction
@@ -54,6 +54,7 @@ def identify(
     torque_constant K_t [N.m/A] is what turns current into torque: all torques and the inertia scale with it, and no
     interval knows its error. Raises TwipError if the data hold neither steady samples nor anything else of use.
     """
+    recordings = read_by_one_sensor(recordings)
     samples, runs = (
         joined([steady_samples(recordings), *given]) if given else steady_samples(recordings),
         run_ups(recordings),

@@ -16,6 +16,8 @@ from .run_up import RunUp
 NAME, UNIT = "bench_inertia", "kg.m2"
 STEPS, ROUNDS = 30, 2
 """Most Gauss-Newton steps, and how often the weights are taken from the scatter."""
+CONVERGED = 0.01
+"""Largest last step, in standard deviations, of a fit that has found its place."""
 REGULATION = 1e-5
 """Deviation of a driven current, relative to it and in proportion to the shaft's acceleration, that no noisy sensor
 sees but that counts as inertia. Our bench's drive leaves up to 3e-5 of the current at the beginning of a run-up; this
@@ -211,15 +213,18 @@ def fit_inertia(runs: Sequence[RunUp], frictions: Mapping[int, Friction], torque
     for _ in range(ROUNDS):
         change = np.ones(1)
         for _ in range(STEPS):
-            square, slope = residuals.normal_equations(found)
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                square, slope = residuals.normal_equations(found)
+            if not (np.all(np.isfinite(square)) and np.all(np.isfinite(slope))):
+                return Estimate(NAME, UNIT, None, reason=f"the fit of the run-ups diverges; {ADVICE}")
             inverse = np.linalg.pinv(square, hermitian=True)
             change, variance = inverse @ slope, float(inverse[0, 0])
             change[0] = np.clip(change[0], -1.0, 1.0)
             found = found + change
             if abs(change[0]) < 1e-9:
                 break
-        if not np.all(np.isfinite(found)):
-            return Estimate(NAME, UNIT, None, reason=f"the fit of the run-ups diverges; {ADVICE}")
+        if not abs(change[0]) <= CONVERGED * np.sqrt(variance):
+            return Estimate(NAME, UNIT, None, reason=f"the fit of the run-ups does not converge; {ADVICE}")
         residuals.weigh(found)
     value = float(np.exp(found[0]))
     drive = torque_constant * REGULATION * float(np.median([run.current / abs(run.acceleration) for run in used]))

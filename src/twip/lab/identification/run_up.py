@@ -51,7 +51,7 @@ def run_ups(recordings: Sequence[Recording]) -> list[RunUp]:
             windows = steady_windows(recording, stretch)
             parts.append(Stretch(stretch.begin, windows[-1].begin if windows else stretch.end))
         runs = [run for part in parts if (run := _run_up(number, recording, part)) is not None]
-        found += _pooled(runs)
+        found += _pooled(runs, recording.rounding_error)
     return found
 
 
@@ -91,14 +91,14 @@ def _run_up(number: int, recording: Recording, part: Stretch) -> RunUp | None:
     )
 
 
-def _pooled(runs: list[RunUp]) -> list[RunUp]:
-    """Return the run-ups of one recording with the noise of their currents pooled."""
+def _pooled(runs: list[RunUp], rounding: float) -> list[RunUp]:
+    """Return the run-ups of one recording with the noise of their currents pooled, and the converter's `rounding`."""
     if not runs:
         return []
     durations = np.array([run.time[-1] for run in runs])
     density = float(np.mean([run.current_error**2 for run in runs] * durations))
     floor = 1e-6 * max(abs(run.current) for run in runs)
-    errors = np.maximum(np.sqrt(density / durations), floor)
+    errors = np.hypot(np.maximum(np.sqrt(density / durations), floor), rounding)
     return [
         RunUp(**{**vars(run), "current_error": float(error)}) for run, error in zip(runs, errors.tolist(), strict=True)
     ]

@@ -102,16 +102,22 @@ def steady_samples(recordings: Sequence[Recording]) -> SteadySamples:
     """Return the steady samples of some recordings.
 
     The error of a mean current is that of the batch means within the windows, pooled over a recording: batches see
-    correlated noise too, and pooling makes a weight that does not follow the noise.
+    correlated noise too, and pooling makes a weight that does not follow the noise. The converter's rounding shifts all
+    windows of a stretch alike: each gets its error times the root of their number, so that their mean has it once.
     """
     rows: list[tuple[float, float, float, float, float, int]] = []
     for number, recording in enumerate(recordings):
-        windows = [w for stretch in constant_stretches(recording) for w in steady_windows(recording, stretch)]
+        parts = [steady_windows(recording, stretch) for stretch in constant_stretches(recording)]
+        windows = [w for part in parts for w in part]
         if not windows:
             continue
+        rounding = [recording.rounding_error * np.sqrt(len(part)) for part in parts for _ in part]
         error = float(np.sqrt(np.mean([w.variance for w in windows])))
         error = max(error, 1e-6 * max(abs(w.current) for w in windows))  # a log without noise still needs a weight
-        rows += [(w.current, w.speed, error, w.speed_error, w.acceleration, number) for w in windows]
+        rows += [
+            (w.current, w.speed, float(np.hypot(error, rounded)), w.speed_error, w.acceleration, number)
+            for w, rounded in zip(windows, rounding, strict=True)
+        ]
     table = np.array(rows, np.float64).reshape(len(rows), 6)
     return SteadySamples(
         table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5].astype(np.int64),
