@@ -1,7 +1,8 @@
 """Pitch from the specific force, and what else than gravity is in it."""
 
-from math import atan2, cos, sin, sqrt
+from math import sqrt
 
+from .elementary import atan2, cos, sin_cos
 from .kernel import kernel
 
 
@@ -39,7 +40,8 @@ def lever_arm_force(
     pitch_rate psi' in rad/s, pitch_acceleration psi'' in rad/s2, forward positive; sensor_distance L_s in m,
     sensor_elevation beta in rad. Paper eqs (43) and (44) with the signs of both sin terms right.
     """
-    x, z = sensor_distance * cos(sensor_elevation), sensor_distance * sin(sensor_elevation)
+    sine, cosine = sin_cos(sensor_elevation)
+    x, z = sensor_distance * cosine, sensor_distance * sine
     squared = pitch_rate * pitch_rate
     return z * pitch_acceleration - x * squared, -x * pitch_acceleration - z * squared
 
@@ -52,7 +54,8 @@ def axle_force(pitch: float, axle_acceleration: float) -> tuple[float, float]:
 
     pitch psi in rad. Level ground; missing in the paper.
     """
-    return axle_acceleration * cos(pitch), axle_acceleration * sin(pitch)
+    sine, cosine = sin_cos(pitch)
+    return axle_acceleration * cosine, axle_acceleration * sine
 
 
 @kernel
@@ -65,4 +68,5 @@ def yaw_force(pitch: float, yaw_rate: float, sensor_distance: float, sensor_elev
     paper.
     """
     inward = -yaw_rate * yaw_rate * sensor_distance * cos(sensor_elevation - pitch)
-    return inward * cos(pitch), inward * sin(pitch)
+    sine, cosine = sin_cos(pitch)
+    return inward * cosine, inward * sine

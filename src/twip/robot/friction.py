@@ -1,7 +1,6 @@
 """The largest torque that dry friction can carry, and friction on a single shaft."""
 
-from math import exp
-
+from .elementary import exp
 from .kernel import kernel
 
 

@@ -1,7 +1,8 @@
 """What an inertial sensor on the body measures."""
 
-from math import cos, floor, sin, sqrt
+from math import floor, sqrt
 
+from .elementary import cos, sin_cos
 from .kernel import kernel
 
 
@@ -43,7 +44,8 @@ def specific_force(
     wrong sign for a sensor above the axle and which lack the axle's own acceleration.
     """
     lean = pitch + ground_slope
-    along, above = sensor_distance * cos(sensor_elevation - lean), sensor_distance * sin(sensor_elevation - lean)
+    sine, cosine = sin_cos(sensor_elevation - lean)
+    along, above = sensor_distance * cosine, sensor_distance * sine
     a_t = (
         wheel_radius * wheel_acceleration
         + above * pitch_acceleration
@@ -56,8 +58,10 @@ def specific_force(
         + above * yaw_rate * (2.0 * pitch_rate + ground_slope_rate)
     )
     a_n = wheel_radius * wheel_rate * ground_slope_rate - along * pitch_acceleration - above * pitch_rate * pitch_rate
-    f_x = a_t * cos(lean) - a_n * sin(lean) - gravity * sin(pitch)
-    return f_x, a_y, a_t * sin(lean) + a_n * cos(lean) + gravity * cos(pitch)
+    sine, cosine = sin_cos(lean)
+    sin_pitch, cos_pitch = sin_cos(pitch)
+    f_x = a_t * cosine - a_n * sine - gravity * sin_pitch
+    return f_x, a_y, a_t * sine + a_n * cosine + gravity * cos_pitch
 
 
 @kernel

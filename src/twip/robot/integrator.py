@@ -7,9 +7,10 @@ from static to sliding, is taken as if it had jumped at the step's beginning: an
 event.
 """
 
-from math import cos, floor, sin
+from math import floor
 from typing import Any
 
+from .elementary import cos, sin_cos
 from .kernel import kernel
 from .plant import Constants, constants, forces, friction_limits, ground, inertia_by_wheel, rolling_limit
 from .stiction import directions, stick_slip
@@ -98,9 +99,9 @@ def inner_step(v: Any, c: Constants, step: float) -> None:
     v.right_shaft_angle += v.gear_ratio * half * ((right0 - pitch0) + (right - pitch))
     slope, _ = ground(v, middle_wheel)
     way = v.wheel_radius * turned * cos(slope)
-    heading = v.yaw + 0.5 * yawed
-    v.x += way * cos(heading)
-    v.y += way * sin(heading)
+    across, along = sin_cos(v.yaw + 0.5 * yawed)
+    v.x += way * along
+    v.y += way * across
     v.wheel_angle += turned
     v.yaw += yawed
     v.left_wheel_rate = left

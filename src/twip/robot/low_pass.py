@@ -1,7 +1,8 @@
 """Low-pass filters for sampled signals."""
 
-from math import pi, sqrt, tan
+from math import pi, sqrt
 
+from .elementary import tan
 from .kernel import kernel
 
 

@@ -1,7 +1,6 @@
 """The direct-current motor: current, torque and the viscous part of its friction."""
 
-from math import exp
-
+from .elementary import exp
 from .kernel import kernel
 
 

@@ -26,9 +26,9 @@ turn with the wheel); different inertias of the body about its x and z axes; the
 given from outside; gyroscopic roll torques, which the ground carries.
 """
 
-from math import cos, sin
 from typing import Any
 
+from .elementary import sin_cos
 from .friction import friction_levels
 from .kernel import kernel
 from .stiction import Inertia
@@ -100,17 +100,14 @@ def forces(
     """
     _, _, reflected, first_moment, second_moment, m66, a, gravity_torque, weight_torque = c
     alpha, curvature = ground(v, wheel_angle)
-    sin_pitch = sin(pitch)
-    cos_pitch = cos(pitch)
+    sin_pitch, cos_pitch = sin_cos(pitch)
     sin_slope = 0.0
     cos_slope = 1.0
     sin_lean = sin_pitch
     cos_lean = cos_pitch
     if alpha != 0.0:
-        sin_slope = sin(alpha)
-        cos_slope = cos(alpha)
-        sin_lean = sin(pitch + alpha)
-        cos_lean = cos(pitch + alpha)
+        sin_slope, cos_slope = sin_cos(alpha)
+        sin_lean, cos_lean = sin_cos(pitch + alpha)
     yaw_squared = yaw_rate * yaw_rate
     inertial = first_moment * sin_lean
     centrifugal = second_moment * sin_lean * cos_lean

@@ -11,8 +11,9 @@ word, and for states spread like chance the probability that any two of a millio
 is below 1e-30.
 """
 
-from math import cos, floor, log, pi, sin, sqrt
+from math import floor, pi, sqrt
 
+from .elementary import log, sin_cos
 from .kernel import kernel
 
 M1 = 4294967087.0
@@ -77,8 +78,8 @@ def normal_pair(
     x1, x2, x3, y1, y2, y3 = next_state(x1, x2, x3, y1, y2, y3)
     radius = sqrt(-2.0 * log(uniform(x3, y3)))
     x1, x2, x3, y1, y2, y3 = next_state(x1, x2, x3, y1, y2, y3)
-    angle = 2.0 * pi * uniform(x3, y3)
-    return radius * cos(angle), radius * sin(angle), x1, x2, x3, y1, y2, y3
+    sine, cosine = sin_cos(2.0 * pi * uniform(x3, y3))
+    return radius * cosine, radius * sine, x1, x2, x3, y1, y2, y3
 
 
 @kernel

@@ -1,8 +1,8 @@
 """Sliding-mode control of balance and yaw (paper, section 5.1, corrected)."""
 
-from math import cos, sin
 from typing import Any
 
+from .elementary import sin_cos
 from .kernel import kernel
 
 
@@ -40,7 +40,7 @@ def balance_torque(v: Any, pitch: float, pitch_rate: float, wheel_rate: float, y
     psi counts as 0.
     """
     n = v.gear_ratio
-    sine, cosine = sin(pitch), cos(pitch)
+    sine, cosine = sin_cos(pitch)
     if cosine < 0.0:
         cosine = 0.0
     rotors = 2.0 * n * n * (v.rotor_inertia + v.gear_inertia)
@@ -72,12 +72,12 @@ def yaw_torque(v: Any, pitch: float, pitch_rate: float, wheel_rate: float, yaw_r
     """
     n = v.gear_ratio
     a = v.track_width / (2.0 * v.wheel_radius)
-    sine = sin(pitch)
+    sine, cosine = sin_cos(pitch)
     offset = v.body_mass * v.cog_height * sine
     wheels = v.wheel_inertia + n * n * (v.rotor_inertia + v.gear_inertia)
     m66 = 0.5 * v.wheel_mass * v.track_width * v.track_width + v.body_yaw_inertia + 2.0 * a * a * wheels
     m66 += offset * v.cog_height * sine
-    f6 = -yaw_rate * offset * (2.0 * v.cog_height * pitch_rate * cos(pitch) + v.wheel_radius * wheel_rate)
+    f6 = -yaw_rate * offset * (2.0 * v.cog_height * pitch_rate * cosine + v.wheel_radius * wheel_rate)
     wanted = (v.c3 * yaw_rate + v.epsilon2 * reach) / v.c4
     torque: float = a * a * speed_coefficient(v) * yaw_rate - f6 - m66 * wanted
     return torque

@@ -1,7 +1,8 @@
 """The height profile of the ground along the way."""
 
-from math import atan2, cos, floor, pi, sin, sqrt
+from math import floor, pi, sqrt
 
+from .elementary import atan2, sin_cos
 from .kernel import kernel
 
 
@@ -21,8 +22,7 @@ def bump(distance: float, height: float, length: float, spacing: float, start: f
     if along >= length:
         return 0.0, 0.0, 0.0
     wave_number = 2.0 * pi / length
-    sine = sin(wave_number * along)
-    cosine = cos(wave_number * along)
+    sine, cosine = sin_cos(wave_number * along)
     half = 0.5 * height
     return half * (1.0 - cosine), half * wave_number * sine, half * wave_number * wave_number * cosine
 
