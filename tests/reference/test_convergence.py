@@ -34,8 +34,8 @@ def error(robot):
         key = scenario, scheme, step_size
         if key not in known:
             known[key] = pitch_error(robot, SCENARIOS[scenario], SCHEMES[scheme], step_size)
-            # stored with four digits; another processor's sin and exp differ by roundings, which friction's events
-            # magnify, but by far less than 1e-6 deg
+            # stored with four digits; libraries of other machines round otherwise in the reference solution, which
+            # friction's events magnify, but by far less than 1e-6 deg
             assert known[key] == pytest.approx(stored()[key], rel=1e-3, abs=1e-6), "run benchmarks/coupling.py"
         return known[key]
 
