@@ -18,9 +18,9 @@ ROOT = Path(__file__).parents[1] / "src" / "twip"
 ELSEWHERE = {
     "cli.py": "the standard output that nobody reads",
     "cosim/fmus/isolation_child.py": "a file of the kernel",
-    "cosim/fmus/kept.py": "a folder that is renamed as a whole",
+    "cosim/fmus/fmu_cache.py": "a folder that is renamed as a whole",
     "cosim/log/sole_file.py": "files that grow during a run",
-    "cosim/system.py": "a temporary folder",
+    "cosim/model/system.py": "a temporary folder",
     "fmi/native/toolchain.py": "a temporary folder",
     "fmi/package.py": "a temporary folder",
     "lab/rerun_view.py": "a temporary folder",

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.coupling.schedule import make_schedule
-from twip.cosim.coupling.scheme import Coupling
+from twip.cosim.coupling.coupling import Coupling
+from twip.cosim.coupling.scheduling import make_schedule
 from twip.fmi.build import build_fmi3
 
 SOURCES = {"left": "motor", "right": "motor", "plant": "plant", "imu": "imu", "estimator": "estimator",

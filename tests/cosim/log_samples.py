@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 from twip.cosim.log.mcap_log import Attachment, McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 
 AWKWARD = [
     "a.b",

@@ -14,8 +14,8 @@ from ssp_writer import bind, component, connection, edit_fmu, linear, system, wr
 
 from twip.cli import main
 from twip.cosim import Table, load, simulate
-from twip.cosim.fmus.fmu import read_fmu
-from twip.cosim.problems import Place, Problems
+from twip.cosim.fmus.description import read_fmu
+from twip.cosim.reading.problems import Place, Problems
 from twip.errors import TwipError
 from twip.fmi.interface import FMI_VERSIONS
 from twip.lab.container import pack

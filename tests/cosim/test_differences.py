@@ -10,8 +10,8 @@ from ssp_writer import bind, component, connection, edit_fmu, linear, parameter_
 
 from twip.cli import main
 from twip.cosim import check, load, simulate
-from twip.cosim.fmus.fmu import read_fmu
-from twip.cosim.problems import Place, Problems
+from twip.cosim.fmus.description import read_fmu
+from twip.cosim.reading.problems import Place, Problems
 
 CELSIUS = "degC K=1 offset=273.15"
 FAHRENHEIT = "degF K=1 factor=0.5555555555555556 offset=255.3722222222222"

@@ -6,8 +6,8 @@ import zipfile
 import fmpy
 import pytest
 
-from twip.cosim.fmus.fmu import read_fmu
-from twip.cosim.problems import Place, Problems
+from twip.cosim.fmus.description import read_fmu
+from twip.cosim.reading.problems import Place, Problems
 
 RANGE = " of an output in ModelStructure must be the index of one of the 7 variables, from 1 on"
 BITS = " must be a number of 32 bits"

@@ -10,7 +10,7 @@ from twip.cli import main
 from twip.cosim import Table, check, load, simulate
 from twip.cosim.log import playback
 from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.results import CsvSink
+from twip.cosim.run.results import CsvSink
 from twip.errors import TwipError
 
 WHOLE = [name for name in NUMBERS if "Int" in name]

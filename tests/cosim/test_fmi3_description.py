@@ -9,8 +9,8 @@ from ssp_writer import component, connection, system, units, write
 
 from twip.cli import main
 from twip.cosim import Table, check, load, simulate
-from twip.cosim.fmus.fmu import read_fmu
-from twip.cosim.problems import Place, Problems
+from twip.cosim.fmus.description import read_fmu
+from twip.cosim.reading.problems import Place, Problems
 from twip.cosim.ssp.parameter_file import parameters_of, write_parameter_set
 from twip.errors import TwipError
 

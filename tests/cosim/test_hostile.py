@@ -16,7 +16,7 @@ from ssp_writer import HEAD, bind, component, edit_fmu, parameter_set, system, w
 
 from twip.cosim import check, load
 from twip.cosim.log import playback
-from twip.cosim.problems import Problems
+from twip.cosim.reading.problems import Problems
 from twip.cosim.run.checkpoint import Checkpoint
 from twip.cosim.scenario.inputs import read_inputs
 from twip.errors import TwipError

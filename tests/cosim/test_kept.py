@@ -11,7 +11,7 @@ import pytest
 from ssp_writer import component, edit_fmu, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.fmus.kept import MARKER, awaits_compiling, cache_root
+from twip.cosim.fmus.fmu_cache import MARKER, awaits_compiling, cache_root
 from twip.errors import TwipError
 
 PATIENT = f'"""Looks for {MARKER}."""'

@@ -12,7 +12,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from twip.cosim.log import playback
 from twip.cosim.log.mcap_log import Attachment, McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 
 

@@ -20,7 +20,7 @@ from mcap.stream_reader import StreamReader
 
 from twip.cosim.log import playback
 from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 
 
@@ -62,7 +62,7 @@ CLOSES = """
 import os, sys
 import numpy as np
 from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 path, deed = sys.argv[1:]
 def find():
@@ -134,7 +134,7 @@ DISK_FILLS = """
 import resource, sys
 import numpy as np
 from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 log = McapLog(sys.argv[1], [Channel("plant", (Signal("x", "Real", "m", "output"),))], {}, compression="none")
 resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
@@ -176,7 +176,7 @@ KILLED = """
 import sys, time
 import numpy as np
 from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 described = [Channel(c, tuple(Signal(f"v{i}", "Real", "m", "output") for i in range(20))) for c in ("plant", "imu")]
 log = McapLog(sys.argv[1], described, {"twip": {"seed": "7"}})
 for k in range(0, 10**9, 170):

@@ -13,7 +13,7 @@ from log_samples import AWKWARD, read_by_mcap, table
 
 from twip.cosim.log.log_schema import PLAIN_TYPES, WIRES, descriptor, field_numbers, layout, topics, unique_identifiers
 from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 300, 2050])

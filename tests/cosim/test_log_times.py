@@ -6,7 +6,7 @@ from ssp_writer import component, system, write
 
 from twip.cli import main
 from twip.cosim import CsvSink, McapLog, Table, load, read_log, simulate
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 
 GAIN = "CosimGain.fmu"

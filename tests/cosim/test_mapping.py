@@ -4,7 +4,7 @@ import pytest
 from ssp_writer import component, connection, edit_fmu, enumerations, linear, mapping, system, write
 
 from twip.cosim import Table, check, load, simulate
-from twip.cosim.ssp.transformation import Mapping
+from twip.cosim.values.transformation import Mapping
 from twip.errors import TwipError
 
 MIXED = "CosimMixed.fmu"

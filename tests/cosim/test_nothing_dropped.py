@@ -23,8 +23,8 @@ from ssp_writer import (
 )  # fmt: skip
 
 from twip.cosim import check, load
+from twip.cosim.reading.xml import name_of
 from twip.cosim.ssp import schemas
-from twip.cosim.ssp.document import name_of
 
 XS = "{http://www.w3.org/2001/XMLSchema}"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"

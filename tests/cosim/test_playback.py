@@ -17,7 +17,7 @@ from mcap.writer import CompressionType, Writer
 from twip.cosim.log.log_schema import FORMAT
 from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.log.playback import Playback, read
-from twip.cosim.record import Channel, Signal, columns
+from twip.cosim.model.signals import Channel, Signal, columns
 from twip.errors import TwipError
 
 CHANNELS = (

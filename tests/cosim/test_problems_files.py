@@ -86,7 +86,7 @@ def test_archives_that_are_damaged_or_hostile(folder):
 
 def test_an_archive_larger_than_the_limit(folder, monkeypatch):
     path = write(folder, system([component("a", GAIN)]))
-    monkeypatch.setattr("twip.cosim.archive.MAXIMUM_BYTES", 1000)
+    monkeypatch.setattr("twip.cosim.reading.archive.MAXIMUM_BYTES", 1000)
     assert "exceed the limit" in check(pack(path, folder / "s.ssp", {GAIN: folder / GAIN}))[0]
 
 
@@ -98,7 +98,7 @@ def test_an_unpack_folder_with_special_characters_is_avoided(folder, monkeypatch
     shutil.copy(folder / GAIN, odd / GAIN)
     with load(path) as loaded:
         assert simulate(loaded, step_size=0.5).steps == 2
-    monkeypatch.setattr("twip.cosim.archive.FALLBACKS", ())
+    monkeypatch.setattr("twip.cosim.reading.archive.FALLBACKS", ())
     with pytest.raises(TwipError, match="cannot hold unpacked FMUs"):
         load(path)
 

@@ -6,8 +6,8 @@ from scenario_system import DEPENDS, EVERYTHING, STEP, fault, run, wired
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.coupling.schedule import make_schedule
-from twip.cosim.coupling.scheme import Coupling
+from twip.cosim.coupling.coupling import Coupling
+from twip.cosim.coupling.scheduling import make_schedule
 from twip.cosim.scenario.faults import Faults
 from twip.cosim.scenario.plan import Fault
 from twip.cosim.ssp.links import Conversion

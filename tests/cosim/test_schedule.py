@@ -6,9 +6,9 @@ import numpy as np
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import load
+from twip.cosim.coupling.coupling import Coupling
 from twip.cosim.coupling.feedthrough import evaluation_order
-from twip.cosim.coupling.schedule import make_schedule
-from twip.cosim.coupling.scheme import Coupling
+from twip.cosim.coupling.scheduling import make_schedule
 
 
 def order(feedthrough, wires):

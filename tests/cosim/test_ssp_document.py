@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from twip.cosim.ssp.document import ANNOTATION, IGNORED_WITH_WARNING
+from twip.cosim.reading.xml import ANNOTATION, IGNORED_WITH_WARNING
 from twip.cosim.ssp.elements import GRAPHICAL, IMPLEMENTATIONS, KINDS
 from twip.cosim.ssp.references import MAXIMUM_ELEMENTS, MAXIMUM_LEVELS
 from twip.cosim.ssp.schemas import schema_folder
 from twip.cosim.ssp.structure import DEFINITION, FMU, PACKAGE
-from twip.cosim.ssp.transformation import TRANSFORMATIONS
-from twip.cosim.ssp.value_types import REFUSED, TYPES
+from twip.cosim.values.ssp_types import REFUSED, TYPES
+from twip.cosim.values.transformation import TRANSFORMATIONS
 
 TEXT = (Path(__file__).parents[2] / "docs" / "ssp.md").read_text(encoding="utf-8")
 ROWS = [

@@ -8,7 +8,7 @@ import numpy as np
 from robot_log import METADATA, columns
 from websockets.sync.client import connect
 
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 from twip.lab.live import LiveView
 

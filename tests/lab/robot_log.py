@@ -6,7 +6,7 @@ import numpy as np
 
 from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.lab.metrics import BLOCKS, REQUIRED
 
 UNITS = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_metrics import Columns, record
 
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.lab.course import SIGNALS, Course
 from twip.lab.metrics import judge
 

@@ -11,8 +11,8 @@ from robot_log import robot_log, write
 from twip.cli import main
 from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
-from twip.cosim.record import Channel, Signal
-from twip.cosim.texts import number_of
+from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.values.strings import number_of
 from twip.errors import TwipError
 from twip.lab.animation import animate
 from twip.lab.drawing import PALETTE, look

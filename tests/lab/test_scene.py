@@ -14,7 +14,7 @@ from robot_log import METADATA, columns
 
 from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.lab.rerun_view import recording, rerun
 from twip.lab.scene import One, scene
 

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from twip.cosim import Table
-from twip.cosim.record import Channel, Signal
+from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 from twip.lab.metrics import METRICS, REQUIRED
 from twip.lab.sweep.axis import Axis, Distribution

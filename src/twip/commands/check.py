@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..cosim.fmus.fmu import read_fmu
+from ..cosim.fmus.description import read_fmu
 from ..cosim.overview import (
     Section,
     departures,
@@ -15,10 +15,10 @@ from ..cosim.overview import (
     system_overview,
     weaknesses,
 )
-from ..cosim.problems import Place, Problems
+from ..cosim.reading.files import read_file
+from ..cosim.reading.problems import Place, Problems
+from ..cosim.reading.xml import Element
 from ..cosim.run.preparation import prepare
-from ..cosim.ssp.document import Element
-from ..cosim.ssp.source import read_file
 from ..cosim.ssp.ssb import read_signal_dictionary
 from ..cosim.ssp.ssm import read_parameter_mapping
 from ..cosim.ssp.ssv import read_parameter_set

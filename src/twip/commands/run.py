@@ -9,9 +9,9 @@ from signal import SIGINT
 from ..cosim import CsvSink, Result, System, simulate
 from ..cosim.fmus.isolation import START_LIMIT, TIME_LIMIT
 from ..cosim.log.mcap_log import Attachment, McapLog
-from ..cosim.record import Sink
+from ..cosim.model.signals import Sink
+from ..cosim.model.time_grid import TimeGrid
 from ..cosim.run.checkpoint import Checkpoint
-from ..cosim.run.experiment import TimeGrid
 from ..cosim.run.preparation import Request, grid_of, prepare
 from ..cosim.scenario.scenario_file import files_of
 from ..errors import TwipError

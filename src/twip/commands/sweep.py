@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.coupling.algorithm import COUPLINGS
+from ..cosim.model.algorithm import COUPLINGS
 from ..errors import TwipError
 from ..interrupts import INTERRUPTED
 from ..lab.endings import check_ending

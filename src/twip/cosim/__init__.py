@@ -4,11 +4,11 @@ from .fmus.pool import InstancePool
 from .load import check, load
 from .log.mcap_log import McapLog
 from .log.playback import read as read_log
-from .record import Channel, Signal, Sink
-from .results import CsvSink, Result, Table
+from .model.signals import Channel, Signal, Sink
+from .model.system import System
+from .run.results import CsvSink, Result, Table
 from .scenario.live_inputs import LiveInputs
 from .simulate import simulate
-from .system import System
 
 __all__ = [
     "Channel",

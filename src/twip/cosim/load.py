@@ -5,27 +5,27 @@ import zipfile
 from collections.abc import Mapping, Sequence
 
 from ..errors import TwipError
-from .archive import Workspace, unpack
-from .fmus.fmu import file_fingerprint
-from .fmus.of_system import read_fmus
-from .fmus.swap import Swaps
-from .fmus.swap_map import read_swap_map
-from .problems import Problems
-from .several import PathLike, Paths, by_name, paths
+from .fmus.description import file_fingerprint
+from .model.system import System, cannot_share_a_process
+from .reading.archive import Workspace, unpack
+from .reading.arguments import PathLike, Paths, by_name, paths
+from .reading.files import Location, is_special, read_file
+from .reading.problems import Problems
 from .ssp.arrays import expand_arrays
 from .ssp.assembly import assemble
+from .ssp.broken_description import check_files
+from .ssp.component_fmus import read_fmus
+from .ssp.duplicate_paths import tell_apart
 from .ssp.file_kinds import SYSTEM, why_no_system
 from .ssp.parametrization import parametrize
-from .ssp.punning import tell_apart
 from .ssp.references import DEFAULT_SSD, References
-from .ssp.salvage import check_files
-from .ssp.source import Location, is_special, read_file
 from .ssp.ssd import read_description
 from .ssp.ssv import read_parameter_file
 from .ssp.structure import components_of
 from .ssp.wiring import wire
-from .system import System, cannot_share_a_process
-from .values import Value
+from .swap.swap_map import read_swap_map
+from .swap.swaps import Swaps
+from .values.written import Value
 
 
 def load(

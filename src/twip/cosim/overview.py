@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 
 import fmpy.validation
 
-from .coupling.schedule import make_schedule
-from .coupling.scheme import Coupling
-from .fmus.fmu import Fmu, Variable
-from .plural import counted
-from .run.experiment import TimeGrid
+from .coupling.coupling import Coupling
+from .coupling.scheduling import make_schedule
+from .fmus.description import Fmu, Variable
+from .model.system import System
+from .model.time_grid import TimeGrid
+from .reading.wording import counted
 from .scenario.plan import Scenario
 from .ssp.ssb import SignalDictionary
 from .ssp.ssm import ParameterMapping
 from .ssp.ssv import ParameterSet
-from .ssp.transformation import Transformation
-from .system import System
+from .values.transformation import Transformation
 
 _DEPARTURES = 3
 """Most warnings of an FMU's model description in the overview of a system."""

@@ -11,25 +11,25 @@ from importlib.util import find_spec
 
 from ..errors import TwipError
 from ..interrupts import deferred_interrupt
-from .coupling.algorithm import Algorithm
+from .coupling.coupling import Coupling
 from .coupling.loop import PythonLoop
-from .coupling.scheme import Coupling
 from .fmus.isolation import TIME_LIMIT
 from .fmus.pool import InstancePool
-from .record import Sink, TimedSink
-from .results import Result, Table
+from .model.algorithm import Algorithm
+from .model.signals import Sink, TimedSink
+from .model.system import System
+from .model.time_grid import TimeGrid
+from .reading.arguments import by_name, names
 from .run.checkpoint import Checkpoint, Saving, cannot_be_saved, identify
 from .run.delivery import Delivery, writing
 from .run.execute import execute
-from .run.experiment import TimeGrid
 from .run.interrupt_flag import InterruptFlag
 from .run.pace import Pacer
 from .run.preparation import Request, prepare
+from .run.results import Result, Table
 from .run.run_state import LoopKind, RunState
 from .scenario.live_inputs import LiveInputs
 from .scenario.plan import Scenario
-from .several import by_name, names
-from .system import System
 
 LOOPS = ("compiled", "python")
 """How a schedule can be executed; the first is the default where numba is installed."""

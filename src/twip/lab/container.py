@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from ..cosim.run.experiment import time_grid
-from ..cosim.system import Copy, System
+from ..cosim.model.system import Copy, System
+from ..cosim.model.time_grid import time_grid
 from ..errors import TwipError
 from ..fmi.container import Container, write_container
 from ..fmi.nested import Connection, Connector, Name, Nested

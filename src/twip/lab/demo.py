@@ -9,7 +9,7 @@ from pathlib import Path
 from ..cosim.load import load
 from ..cosim.log.mcap_log import Attachment, McapLog
 from ..cosim.log.playback import read
-from ..cosim.run.experiment import TimeGrid
+from ..cosim.model.time_grid import TimeGrid
 from ..cosim.simulate import simulate
 from ..fmi.build import build_all
 from .metrics import judge

@@ -18,7 +18,7 @@ from ..cosim.log.log_extra import ExtraChannel
 from ..cosim.log.log_rows import MESSAGE_HEAD, RowBlock
 from ..cosim.log.log_schema import field_numbers, layout
 from ..cosim.log.mcap_log import declare
-from ..cosim.record import Channel
+from ..cosim.model.signals import Channel
 from ..cosim.scenario.live_inputs import LiveInputs
 from ..errors import TwipError
 from ..extras import optional

@@ -18,7 +18,7 @@ from typing import Any
 from ..cosim.log.log_schema import unique_identifiers
 from ..cosim.log.mcap_log import McapLog
 from ..cosim.log.playback import Playback, read
-from ..cosim.record import Channel
+from ..cosim.model.signals import Channel
 from ..errors import TwipError
 from ..extras import missing, optional
 from ..outputs import replacing

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cosim.load import load
-from ..cosim.results import Result
+from ..cosim.run.results import Result
 from ..cosim.simulate import simulate
 from ..robot.parameters import value
 

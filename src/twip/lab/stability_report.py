@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch, Rectangle
 
-from ..cosim.results import Result
+from ..cosim.run.results import Result
 from ..fmi.build import build_all
 from ..outputs import make_writable
 from ..robot.parameters import value

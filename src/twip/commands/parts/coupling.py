@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from ...cosim.coupling.algorithm import COUPLINGS
+from ...cosim.model.algorithm import COUPLINGS
 from ...errors import TwipError
 
 

@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Sequence
 
 from ...cosim import System, load
-from ...cosim.coupling.algorithm import Algorithm
-from ...cosim.run.experiment import time_problems
+from ...cosim.model.algorithm import Algorithm
+from ...cosim.model.time_grid import time_problems
 from ...cosim.run.preparation import Request
 from ...errors import TwipError
 from .build_hint import told_to_build

@@ -18,9 +18,9 @@ from ...errors import TwipError
 from ..fmus.component import UNFIT
 from ..fmus.native import DECLINED, native_access
 from ..fmus.ports import InputGroup, OutputGroup, Ports
-from ..fmus.scalar_types import EXACT, TYPES
+from ..values.types import EXACT, TYPES
 from .execution import Execution
-from .schedule import Schedule
+from .scheduling import Schedule
 
 IntTable = NDArray[np.int64]
 

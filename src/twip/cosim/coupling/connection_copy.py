@@ -3,7 +3,7 @@
 import math
 
 from .execution import Vector
-from .schedule import Schedule
+from .scheduling import Schedule
 
 
 def copy_value(schedule: Schedule, copy: int, values: Vector) -> float | None:

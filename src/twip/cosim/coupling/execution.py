@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fmus.face import PortsFace
 from ..fmus.messages import Message
-from ..run.experiment import TimeGrid
-from .schedule import Schedule
+from ..fmus.protocols import PortsFace
+from ..model.time_grid import TimeGrid
+from .scheduling import Schedule
 
 Vector = ctypes.Array[ctypes.c_double]
 

@@ -6,11 +6,11 @@ as 1 / u is with u = 0. Where outputs depend on each other, the start values of 
 
 from collections.abc import Sequence
 
-from ..fmus.face import PortsFace
-from ..system import System
+from ..fmus.protocols import PortsFace
+from ..model.system import System
 from .connection_copy import copy_value
 from .execution import Vector
-from .schedule import Schedule, feedthrough_of
+from .scheduling import Schedule, feedthrough_of
 
 
 def read_in_order(system: System, schedule: Schedule, ports: Sequence[PortsFace], values: Vector) -> None:

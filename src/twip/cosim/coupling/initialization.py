@@ -7,17 +7,17 @@ import numpy as np
 
 from ...errors import TwipError
 from ..fmus.component import ComponentError
-from ..fmus.face import InstanceFace, PortsFace
-from ..problems import Place
-from ..ssp.value_types import family
-from ..system import ParameterLink, System
-from ..texts import text_of
-from ..values import StartValue, Value
+from ..fmus.protocols import InstanceFace, PortsFace
+from ..model.system import ParameterLink, System
+from ..reading.problems import Place
+from ..values.ssp_types import family
+from ..values.strings import text_of
+from ..values.written import StartValue, Value
 from .connection_copy import copy_value
 from .execution import Vector
 from .first_values import read_in_order
 from .fixed_point import Acceleration
-from .schedule import Schedule
+from .scheduling import Schedule
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12

@@ -4,10 +4,10 @@ import contextlib
 from collections.abc import Iterable, Sequence
 
 from ...errors import TwipError
-from ..system import System
+from ..model.system import System
+from .coupling import Coupling
 from .execution import Execution
-from .schedule import make_schedule
-from .scheme import Coupling
+from .scheduling import make_schedule
 
 
 class Snapshot:

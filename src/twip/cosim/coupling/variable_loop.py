@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ..fmus.component import ComponentError
-from ..run.experiment import TimeGrid
+from ..model.system import System
+from ..model.time_grid import TimeGrid
 from ..scenario.inputs import InputSeries
-from ..ssp.value_types import family
-from ..system import System
+from ..values.ssp_types import family
+from .coupling import Coupling
 from .execution import Execution
 from .iterated_step import IteratedStep
 from .plain_step import PlainStep
 from .rollback import Snapshot
-from .schedule import feedthrough_of
-from .scheme import Coupling
+from .scheduling import feedthrough_of
 from .variable_steps import VariableSteps
 
 _SAFETY = 0.9

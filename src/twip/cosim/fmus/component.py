@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..system import Component
-from ..texts import number_of, text_of
-from ..values import StartValue, Value
+from ..model.system import Component
+from ..values.strings import number_of, text_of
+from ..values.variable import Variable
+from ..values.written import StartValue, Value
 from .messages import LEVELS, Message
 from .sudden_end import watch
-from .variable import Variable
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 UNFIT = 100

@@ -3,8 +3,8 @@
 import math
 from typing import Any
 
-from ..problems import Place, Problems
-from ..ssp.document import Element
+from ..reading.problems import Place, Problems
+from ..reading.xml import Element
 
 
 def refuse_twice(root: Element, file: str, problems: Problems) -> None:

@@ -6,13 +6,13 @@ Departures from the standard's schema that do not matter here are left to `overv
 import math
 import pathlib
 
-from ..problems import Problems
-from ..ssp.document import Element, Reader
-from ..units import BASE_UNITS, Unit, lookup
-from ..values import parse_value
+from ..reading.problems import Problems
+from ..reading.xml import Element, Reader
+from ..values.types import rule
+from ..values.units import BASE_UNITS, Unit, lookup
+from ..values.variable import Fmu, Variable
+from ..values.written import parse_value
 from .description_checks import refuse_twice, usable_nominal, usable_step
-from .scalar_types import rule
-from .variable import Fmu, Variable
 
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 _INITIAL: dict[str, dict[str, str | None]] = {

@@ -13,12 +13,12 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from ..problems import Place, Problems
-from ..ssp.document import Element
-from ..units import BASE_UNITS, Unit, lookup
+from ..reading.problems import Place, Problems
+from ..reading.xml import Element
+from ..values.types import NAMES
+from ..values.units import BASE_UNITS, Unit, lookup
+from ..values.variable import Fmu, Variable
 from .description_checks import refuse_twice, usable_nominal, usable_step
-from .scalar_types import NAMES
-from .variable import Fmu, Variable
 
 MAXIMUM_ELEMENTS = 100_000
 """Most scalar variables of an FMU, the elements of its arrays counted."""

@@ -26,11 +26,11 @@ from fmpy.fmi3 import (
     fmi3ValueReference,
 )
 
-from ..texts import text_of
-from ..values import StartValue, Value, parse_value
+from ..values.strings import text_of
+from ..values.types import TYPES
+from ..values.written import StartValue, Value, parse_value
 from .component import UNFIT, Access, Instance
-from .fmu import Variable
-from .scalar_types import TYPES
+from .description import Variable
 from .text_access import text_getter, text_setter
 
 _C_TYPES = {

@@ -5,7 +5,7 @@ import pathlib
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system import Component
+from ..model.system import Component
 from .component import Instance
 from .instance_fmi2 import Fmi2Instance
 from .instance_fmi3 import Fmi3Instance

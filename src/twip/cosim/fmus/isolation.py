@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..coupling.execution import Vector
-from ..coupling.schedule import Schedule
-from ..system import Component
-from ..texts import number_of, text_of
-from ..values import StartValue
+from ..coupling.scheduling import Schedule
+from ..model.system import Component
+from ..values.strings import number_of, text_of
+from ..values.written import StartValue
 from .component import ComponentError, EndRequestedError, one_line
 from .isolation_wire import (
     ADVANCE,

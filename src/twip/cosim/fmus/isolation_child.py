@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import TwipError
-from .. import texts
+from ..values import strings
 from .component import ComponentError, EndRequestedError
 from .instantiate import instantiate
 from .isolation_wire import (
@@ -112,7 +112,7 @@ def serve(wire: Wire, memory: int) -> None:
     """Answer requests until the run closes the connection (`ConnectionError`) or the instance cannot be made."""
     start: Start = pickle.loads(wire.receive()[1])
     outbox, process = Outbox(wire), os.getpid()
-    texts.ask(outbox.number_of, outbox.text_of)
+    strings.ask(outbox.number_of, outbox.text_of)
     try:
         server = Server(start, SharedValues(start.columns, start.components, memory), outbox)
     except TwipError as error:

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coupling.schedule import ComponentPorts
-from ..system import Component
+from ..coupling.scheduling import ComponentPorts
+from ..model.system import Component
 
 START, CALL, ADVANCE = range(3)
 """Requests: a `Start`; a method of the instance or its ports; a step."""

@@ -5,11 +5,11 @@ import pathlib
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system import Component
+from ..model.system import Component
 from .component import Instance
-from .face import InstanceFace
 from .instantiate import instantiate
 from .messages import Message
+from .protocols import InstanceFace
 
 
 class InstancePool:

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..coupling.execution import Vector
-from ..coupling.schedule import ComponentPorts, Group
+from ..coupling.scheduling import ComponentPorts, Group
+from ..values.types import EXACT, misfit, to_float32
 from .component import Instance
-from .scalar_types import EXACT, misfit, to_float32
 
 
 class InputGroup:

@@ -1,4 +1,4 @@
-"""Gets and sets String variables as if they were Real: the values are the numbers that `texts` gives the texts.
+"""Gets and sets String variables as if they were Real: the values are the numbers that `strings` gives the texts.
 
 The functions made here can be called from Python and, by their addresses, from compiled code, like those of an FMU.
 """
@@ -6,7 +6,7 @@ The functions made here can be called from Python and, by their addresses, from 
 import ctypes
 from typing import Any
 
-from ..texts import number_of, text_of
+from ..values.strings import number_of, text_of
 from .component import Access
 
 _BASIC = (

@@ -10,7 +10,7 @@ from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
 
 from ...errors import TwipError
-from ..ssp.source import is_endless
+from ..reading.files import is_endless
 from .log_scan import DamagedError
 
 DECODING_ERRORS = (

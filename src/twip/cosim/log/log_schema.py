@@ -24,9 +24,9 @@ import numpy as np
 from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 from numpy.typing import NDArray
 
-from ..fmus.scalar_types import TYPES
-from ..record import Channel, Signal
-from ..ssp.value_types import family
+from ..model.signals import Channel, Signal
+from ..values.ssp_types import family
+from ..values.types import TYPES
 
 FORMAT = "1"
 EVENT_TOPIC = "/log"

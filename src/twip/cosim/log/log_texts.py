@@ -16,8 +16,8 @@ from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 from numpy.typing import NDArray
 
-from ..record import Channel, Signal
-from ..texts import text_of
+from ..model.signals import Channel, Signal
+from ..values.strings import text_of
 from .log_event import clean
 from .log_schema import channel_metadata, field_numbers, message_file, unique_identifiers, varint
 

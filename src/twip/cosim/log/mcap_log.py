@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from twip.cosim.log import log_event, log_texts
 
 from ...errors import TwipError
-from ..record import Channel, columns
+from ..model.signals import Channel, columns
 from .log_extra import ExtraChannel
 from .log_extra import declare as declare_extras
 from .log_file import Attachment, Compression, McapFile, MessageBatch, encoded

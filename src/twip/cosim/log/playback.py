@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from twip.cosim.log import log_event, log_texts
 
 from ...errors import TwipError
-from ..record import Channel, columns
-from ..texts import number_of
+from ..model.signals import Channel, columns
+from ..values.strings import number_of
 from .log_file import Attachment
 from .log_open import bytes_of, damage_told
 from .log_scan import BODY_HEAD, DamagedError, Scan, scan

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ...outputs import replacing
-from ..coupling.scheme import Coupling
-from ..record import columns
+from ..coupling.coupling import Coupling
+from ..model.signals import columns
+from ..model.system import System
+from ..model.time_grid import TimeGrid
 from ..scenario.inputs import InputSeries
 from ..scenario.plan import Scenario
-from ..system import System
-from ..texts import number_of, text_of
-from .experiment import TimeGrid
+from ..values.strings import number_of, text_of
 
 FORMAT = "twip.checkpoint 2"
 _ROUNDING = 1e-6

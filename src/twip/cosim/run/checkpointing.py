@@ -6,8 +6,8 @@ import numpy as np
 
 from ...errors import TwipError
 from ..coupling.execution import Execution
-from ..fmus.face import PortsFace
-from ..texts import text_of
+from ..fmus.protocols import PortsFace
+from ..values.strings import text_of
 from .checkpoint import Checkpoint
 from .run_state import RunState
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ..fmus.messages import Message
-from ..record import Sink
+from ..model.signals import Sink
 
 
 @contextlib.contextmanager

@@ -6,8 +6,8 @@ import time
 from ...errors import TwipError
 from ..fmus.component import EndRequestedError
 from ..fmus.sudden_end import sudden_end_told
-from ..results import Result
-from ..texts import text_of
+from ..values.strings import text_of
+from .results import Result
 from .run_state import RunState
 from .starting import start
 from .stepping import advance, advance_freely, prepare_loop

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from ...errors import TwipError
-from ..coupling.algorithm import Algorithm
+from ..coupling.coupling import Coupling, find_problems
 from ..coupling.rollback import repeatable
-from ..coupling.scheme import Coupling, find_problems
-from ..problems import Problems
+from ..model.algorithm import Algorithm
+from ..model.system import System, cannot_share_a_process
+from ..model.time_grid import TimeGrid, time_grid
+from ..reading.problems import Problems
 from ..scenario.fault_timing import check_own_steps
 from ..scenario.plan import Scenario
 from ..scenario.scenario_file import read_scenario
-from ..system import System, cannot_share_a_process
-from .experiment import TimeGrid, time_grid
 
 T = TypeVar("T")
 

@@ -9,21 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
+from ..coupling.coupling import Coupling
 from ..coupling.execution import Execution, vector
-from ..coupling.schedule import Schedule, make_schedule
-from ..coupling.scheme import Coupling
+from ..coupling.scheduling import Schedule, make_schedule
 from ..coupling.variable_steps import VariableSteps
-from ..fmus.face import InstanceFace
 from ..fmus.isolation import Isolation
 from ..fmus.messages import Message
 from ..fmus.pool import InstancePool
+from ..fmus.protocols import InstanceFace
+from ..model.system import System
+from ..model.time_grid import TimeGrid
 from ..scenario.faults import Faults
 from ..scenario.live_inputs import LiveInputs
 from ..scenario.plan import Scenario
-from ..system import System
 from .checkpoint import Checkpoint, InputDigest, Saving, identify
 from .delivery import Delivery
-from .experiment import TimeGrid
 from .interrupt_flag import InterruptFlag
 from .pace import Pacer
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..coupling.execution import Execution
 from ..coupling.initialization import initialize
-from ..fmus.face import PortsFace
+from ..fmus.fmu_cache import awaits_compiling
 from ..fmus.isolation import IsolatedInstance
-from ..fmus.kept import awaits_compiling
 from ..fmus.ports import Ports
+from ..fmus.protocols import PortsFace
 from .checkpointing import restore
 from .run_state import RunState
 

@@ -4,16 +4,16 @@ import difflib
 import math
 from collections.abc import Mapping
 
-from ..problems import Place
-from ..record import Signal
+from ..model.signals import Signal
+from ..reading.problems import Place
+from ..reading.toml import shown
 from ..ssp.links import Conversion
-from ..ssp.transformation import Items
-from ..ssp.value_types import family
-from ..values import cannot_travel, in_vector
+from ..values.ssp_types import family
+from ..values.transformation import Items
+from ..values.written import cannot_travel, in_vector
 from .plan import Fault, point_of
 from .scenario_entries import Entries, typed
 from .targets import RULES, End, objections, signal_type
-from .toml_file import shown
 
 FAULTS: dict[str, tuple[str, bool]] = {
     "stuck": ("value", False),

@@ -1,8 +1,8 @@
 """Faults of components with steps of their own: such a component takes its inputs in every m-th communication step."""
 
-from ..coupling.scheme import Coupling
-from ..problems import Problems
-from ..system import System
+from ..coupling.coupling import Coupling
+from ..model.system import System
+from ..reading.problems import Problems
 from .plan import Scenario
 
 

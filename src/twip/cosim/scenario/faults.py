@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..coupling.schedule import Schedule
+from ..coupling.scheduling import Schedule
 from ..ssp.links import Conversion
 from .plan import Fault
 

@@ -18,11 +18,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..problems import Place, Problems
-from ..ssp.source import is_endless
-from ..ssp.value_types import family
-from ..system import System
-from ..values import cannot_travel, in_vector, parse_value
+from ..model.system import System
+from ..reading.files import is_endless
+from ..reading.problems import Place, Problems
+from ..values.ssp_types import family
+from ..values.written import cannot_travel, in_vector, parse_value
 from .targets import RULES, Target, ends_of, objections, signal_type
 
 EARLY = 1e-9

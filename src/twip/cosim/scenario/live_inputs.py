@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from .. import several
-from ..fmus.variable import Variable
-from ..ssp.value_types import family
-from ..system import System
-from ..values import cannot_travel
+from ..model.system import System
+from ..reading import arguments
+from ..values.ssp_types import family
+from ..values.variable import Variable
+from ..values.written import cannot_travel
 from .inputs import InputSeries, find_target
 
 MOST_NOMINALS = 1e12
@@ -33,7 +33,7 @@ class LiveInputs:
 
     def __init__(self, system: System, names: str | Sequence[str]) -> None:
         """Take over these inputs, at their start values; raises TwipError that names all that cannot be driven."""
-        names = several.names("names", names)
+        names = arguments.names("names", names)
         targets = {name: find_target(system, name) for name in names}
         problems = [target for target in targets.values() if isinstance(target, str)]
         found = {name: target for name, target in targets.items() if not isinstance(target, str)}

@@ -7,10 +7,10 @@ point t with t + 1e-9 step ≥ T, the rule by which rows of input files count as
 
 from dataclasses import dataclass
 
-from ..problems import Place
-from ..run.experiment import TimeGrid
+from ..model.time_grid import TimeGrid
+from ..reading.problems import Place
 from ..ssp.links import Conversion
-from ..values import StartValue
+from ..values.written import StartValue
 from .inputs import EARLY, NO_INPUTS, InputSeries
 
 

@@ -3,11 +3,11 @@
 import difflib
 from collections.abc import Mapping, Set
 
-from ..problems import Problems
-from ..run.experiment import TimeGrid
-from ..system import System
-from ..values import Value, parse_value
-from .toml_file import TomlFile, number, shown
+from ..model.system import System
+from ..model.time_grid import TimeGrid
+from ..reading.problems import Problems
+from ..reading.toml import TomlFile, number, shown
+from ..values.written import Value, parse_value
 
 
 class Entries:

@@ -6,18 +6,18 @@ import os
 import pathlib
 from collections.abc import Mapping
 
-from ..fmus.scalar_types import rule
-from ..problems import Problems
-from ..run.experiment import TimeGrid
-from ..ssp.source import is_special
-from ..system import System
-from ..values import StartValue, cannot_travel, in_vector, out_of_range
+from ..model.system import System
+from ..model.time_grid import TimeGrid
+from ..reading.files import is_special
+from ..reading.problems import Problems
+from ..reading.toml import TomlFile, number, shown
+from ..values.types import rule
+from ..values.written import StartValue, cannot_travel, in_vector, out_of_range
 from .fault_entries import FaultEntries
 from .inputs import InputSeries, find_target, held_connectors, read_inputs, series_of
 from .plan import ParameterChange, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .targets import RULES, objections
-from .toml_file import TomlFile, number, shown
 
 
 def read_scenario(

@@ -5,13 +5,13 @@ stand for, and right for every input that takes them.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..fmus.scalar_types import TYPES, misfit, rule
-from ..fmus.variable import Variable
+from ..model.system import System
 from ..ssp.links import Conversion
-from ..ssp.transformation import Items
-from ..ssp.value_types import family
-from ..system import System
-from ..values import Value, out_of_range
+from ..values.ssp_types import family
+from ..values.transformation import Items
+from ..values.types import TYPES, misfit, rule
+from ..values.variable import Variable
+from ..values.written import Value, out_of_range
 
 RULES = {name: rule(name) for name in TYPES} | {
     "Real": "a finite number",

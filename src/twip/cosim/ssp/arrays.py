@@ -7,9 +7,9 @@ connection between arrays of one shape becomes one connection per element.
 import dataclasses
 import math
 
-from ..fmus.fmu import Fmu
-from ..problems import Problems
-from .shapes import Shape, indices, shape_text
+from ..fmus.description import Fmu
+from ..reading.problems import Problems
+from ..values.shapes import Shape, indices, shape_text
 from .structure import Connection, Connector, DictionaryReference, SystemElement, join
 
 MAXIMUM_SIZE = 100_000

@@ -3,18 +3,18 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from ..archive import Workspace
-from ..coupling.scheme import find_problems
-from ..fmus.fmu import RECORDED_TYPES, Fmu
-from ..problems import Place, Problems
-from ..record import TIME, Channel, Signal, columns
-from ..system import Component, Copy, OpenConnector, ParameterLink, System
-from ..values import cannot_travel, parse_value
+from ..coupling.coupling import find_problems
+from ..fmus.description import RECORDED_TYPES, Fmu
+from ..model.signals import TIME, Channel, Signal, columns
+from ..model.system import Component, Copy, OpenConnector, ParameterLink, System
+from ..reading.archive import Workspace
+from ..reading.problems import Place, Problems
+from ..values.ssp_types import family
+from ..values.written import cannot_travel, parse_value
 from .links import Key, Link, Port, full_name
 from .parameters import Assignments
 from .ssd import Description
 from .structure import systems_of
-from .value_types import family
 from .wiring import Wiring
 
 

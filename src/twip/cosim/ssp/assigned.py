@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, field, replace
 
-from ..fmus.scalar_types import EXACT, misfit, to_float32
-from ..fmus.variable import Variable
-from ..problems import Place, Problems
-from ..units import Unit
-from ..values import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, take
+from ..reading.problems import Place, Problems
+from ..values.ssp_types import family
+from ..values.types import EXACT, misfit, to_float32
+from ..values.units import Unit
+from ..values.variable import Variable
+from ..values.written import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, take
 from .kinds import GIVING, PARAMETERS
 from .links import Conversion, Key, Port, convert_along, full_name
-from .value_types import family
 from .wiring import Wiring
 
 

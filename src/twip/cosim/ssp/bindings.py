@@ -2,9 +2,9 @@
 
 import pathlib
 
-from ..problems import Problems
-from .document import Element, Reader
-from .source import read_file, read_within
+from ..reading.files import read_file, read_within
+from ..reading.problems import Problems
+from ..reading.xml import Element, Reader
 from .ssm import ParameterMapping, read_parameter_mapping
 from .ssv import ParameterSet, read_parameter_set
 from .structure import Binding, Document, Outside

@@ -6,8 +6,8 @@ taken has it from the signal. Units are converted on the way.
 
 from collections.abc import Mapping
 
-from ..problems import Problems
-from ..units import lookup
+from ..reading.problems import Problems
+from ..values.units import lookup
 from .bindings import find
 from .links import Edge, Key, Port, full_name
 from .ssb import SignalDictionary, read_signal_dictionary

@@ -1,8 +1,10 @@
 """Reads the systems, components and signal dictionary references of an SSD, with their connectors and connections."""
 
-from ..problems import Problems
+from ..reading.problems import Problems
+from ..reading.xml import Element, Reader, name_of
+from ..values.ssp_types import TYPE_ELEMENTS, TypeChoice, read_type
+from ..values.transformation import TRANSFORMATIONS, read_transformation
 from .bindings import read_bindings, read_outside
-from .document import Element, Reader, name_of
 from .structure import (
     FMU,
     AnyElement,
@@ -15,8 +17,6 @@ from .structure import (
     Document,
     SystemElement,
 )
-from .transformation import TRANSFORMATIONS, read_transformation
-from .value_types import TYPE_ELEMENTS, TypeChoice, read_type
 
 KINDS = ("input", "output", "parameter", "calculatedParameter", "structuralParameter", "constant", "local", "inout")
 """Kinds of connectors; `inout` on references to signal dictionaries only."""

@@ -10,14 +10,14 @@ from collections.abc import Mapping as AnyMapping
 from collections.abc import Set
 from dataclasses import dataclass
 
-from ..fmus.fmu import RECORDED_TYPES, Variable
-from ..fmus.scalar_types import EXACT, misfit
-from ..problems import Place, Problems
-from ..units import IDENTITY, Affine, Unit, UnitMismatchError, conversion
+from ..fmus.description import RECORDED_TYPES, Variable
+from ..reading.problems import Place, Problems
+from ..values.ssp_types import family, holds
+from ..values.transformation import Items, Mapping, tabulate
+from ..values.types import EXACT, misfit
+from ..values.units import IDENTITY, Affine, Unit, UnitMismatchError, conversion
 from .kinds import GIVING
 from .structure import Connection
-from .transformation import Items, Mapping, tabulate
-from .value_types import family, holds
 
 Key = tuple[str, str]
 """Dotted path of a component or system (empty for the outermost system), and the name of a connector or variable."""

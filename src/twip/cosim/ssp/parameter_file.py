@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from lxml import etree
 
 from ...outputs import write_file
-from ..fmus.scalar_types import TYPES
-from ..system import System
-from ..units import BASE_UNITS, Unit
-from ..values import Value, parse_value
+from ..model.system import System
+from ..values.types import TYPES
+from ..values.units import BASE_UNITS, Unit
+from ..values.written import Value, parse_value
 
 _SSP1 = ("Real", "Integer", "Boolean", "String", "Enumeration")
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -19,7 +19,7 @@ SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 @dataclass(frozen=True)
 class Entry:
-    """One parameter of a set: `name` is `component.variable`, `type` as in `scalar_types`."""
+    """One parameter of a set: `name` is `component.variable`, `type` as in `values.types`."""
 
     name: str
     type: str

@@ -2,16 +2,16 @@
 
 import dataclasses
 
-from ..fmus.variable import Variable
-from ..problems import Place, Problems, some_of
-from ..units import Unit, lookup
-from ..values import Written
+from ..reading.problems import Place, Problems, some_of
+from ..values.shapes import shape_text
+from ..values.ssp_types import family
+from ..values.units import Unit, lookup
+from ..values.variable import Variable
+from ..values.written import Written
 from .links import Key, Port, full_name
 from .parameters import Assignments, Scope
-from .shapes import shape_text
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet
-from .value_types import family
 
 
 def apply_set(

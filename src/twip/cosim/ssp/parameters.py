@@ -11,14 +11,14 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ..fmus.fmu import Fmu, Variable
-from ..problems import Place, Problems, some_of
-from ..units import Unit
-from ..values import Value, Written, parse_value
+from ..fmus.description import Fmu, Variable
+from ..reading.problems import Place, Problems, some_of
+from ..values.shapes import Shape, shapes_of
+from ..values.units import Unit
+from ..values.written import Value, Written, parse_value
 from .assigned import Assigned
+from .duplicate_paths import Punned
 from .links import Key, Port, full_name
-from .punning import Punned
-from .shapes import Shape, shapes_of
 
 
 @dataclass(frozen=True)

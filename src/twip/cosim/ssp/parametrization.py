@@ -9,14 +9,14 @@ connected takes its value from the connection wherever a binding for it stands.
 import pathlib
 from collections.abc import Mapping, Sequence
 
-from ..fmus.fmu import Fmu, Variable, file_fingerprint
-from ..problems import Problems
-from ..values import Value
+from ..fmus.description import Fmu, Variable, file_fingerprint
+from ..reading.problems import Problems
+from ..values.written import Value
 from .bindings import fetch
+from .duplicate_paths import Punned
 from .links import Key
 from .parameter_sets import apply_set
 from .parameters import Assignments, Scope
-from .punning import Punned
 from .ssv import read_parameter_file
 from .structure import Binding, ComponentElement, SystemElement, components_of, systems_of
 from .wiring import Wiring

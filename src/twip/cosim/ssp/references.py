@@ -7,12 +7,12 @@ system (SSP 1.0 section 5.2.3).
 import pathlib
 
 from ...errors import TwipError
-from ..archive import Workspace, unpack
-from ..fmus.fmu import file_fingerprint
-from ..problems import Problems
-from .document import Reader, name_of
+from ..fmus.description import file_fingerprint
+from ..reading.archive import Workspace, unpack
+from ..reading.files import Location, read_file
+from ..reading.problems import Problems
+from ..reading.xml import Reader, name_of
 from .elements import read_system
-from .source import Location, read_file
 from .ssd import Experiment, read_description
 from .structure import DEFINITION, FMU, PACKAGE, ComponentElement, SystemElement
 

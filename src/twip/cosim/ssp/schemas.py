@@ -11,8 +11,8 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from ..problems import Place, Problems
-from .document import Element, Reader, name_of, ssp_name
+from ..reading.problems import Place, Problems
+from ..reading.xml import Element, Reader, name_of, ssp_name
 
 _VERSION = re.compile(r"([12])\.([0-9]+)(-.*)?")
 

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from ..problems import Place, Problems
-from ..units import Unit, read_units
-from .document import METADATA_ATTRIBUTES, Element, name_of
+from ..reading.problems import Place, Problems
+from ..reading.xml import METADATA_ATTRIBUTES, Element, name_of
+from ..values.ssp_types import TYPE_ELEMENTS, Enumeration, TypeChoice, read_enumerations, read_type
+from ..values.units import Unit, read_units
 from .schemas import opened
-from .value_types import TYPE_ELEMENTS, Enumeration, TypeChoice, read_enumerations, read_type
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass, field
 
-from ..coupling.algorithm import Algorithm, read_algorithm
-from ..problems import Problems
-from ..units import read_units
-from .document import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
+from ..model.algorithm import Algorithm, read_algorithm
+from ..reading.files import Location
+from ..reading.problems import Problems
+from ..reading.xml import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
+from ..values.ssp_types import read_enumerations
+from ..values.units import read_units
 from .elements import read_system
 from .schemas import opened
-from .source import Location
 from .structure import Document, SystemElement
-from .value_types import read_enumerations
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from ..problems import Place, Problems
-from .document import METADATA_ATTRIBUTES, Element
+from ..reading.problems import Place, Problems
+from ..reading.xml import METADATA_ATTRIBUTES, Element
+from ..values.transformation import TRANSFORMATIONS, Transformation, read_transformation
 from .schemas import opened
-from .transformation import TRANSFORMATIONS, Transformation, read_transformation
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ import math
 import pathlib
 from dataclasses import dataclass
 
-from ..problems import Place, Problems
-from ..units import Unit, read_units
-from .document import METADATA_ATTRIBUTES, Element, Reader, name_of
+from ..reading.files import read_file
+from ..reading.problems import Place, Problems
+from ..reading.xml import METADATA_ATTRIBUTES, Element, Reader, name_of
+from ..values.shapes import Shape, indices, shape_text
+from ..values.ssp_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
+from ..values.units import Unit, read_units
 from .schemas import opened
-from .shapes import Shape, indices, shape_text
-from .source import read_file
-from .value_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, field
 
-from ..problems import Place
-from ..units import Unit
-from .document import Element
-from .source import Location
-from .transformation import Transformation
-from .value_types import Enumeration, TypeChoice
+from ..reading.files import Location
+from ..reading.problems import Place
+from ..reading.xml import Element
+from ..values.ssp_types import Enumeration, TypeChoice
+from ..values.transformation import Transformation
+from ..values.units import Unit
 
 FMU = "application/x-fmu-sharedlibrary"
 DEFINITION = "application/x-ssp-definition"

@@ -3,15 +3,15 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ..fmus.fmu import Fmu
-from ..problems import Problems
-from ..units import UnitMismatchError, conversion, lookup
+from ..fmus.description import Fmu
+from ..reading.problems import Problems
+from ..values.ssp_types import Enumeration, canonical
+from ..values.transformation import Items
+from ..values.units import UnitMismatchError, conversion, lookup
 from .dictionaries import Dictionaries
 from .kinds import ALLOWED, refusal
 from .links import Edge, Key, Link, Port, differences, full_name, trace
 from .structure import ComponentElement, Connection, Connector, DictionaryReference, Document, SystemElement, join
-from .transformation import Items
-from .value_types import Enumeration, canonical
 
 
 @dataclass

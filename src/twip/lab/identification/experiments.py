@@ -11,9 +11,9 @@ import numpy as np
 
 from ...cosim.load import load
 from ...cosim.log.mcap_log import Attachment, McapLog
-from ...cosim.record import columns
-from ...cosim.results import Table
-from ...cosim.run.experiment import TimeGrid
+from ...cosim.model.signals import columns
+from ...cosim.model.time_grid import TimeGrid
+from ...cosim.run.results import Table
 from ...cosim.simulate import simulate
 from ...outputs import write_file
 from ...robot.parameters import value

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ...cosim.ssp.parameter_file import Entry, write_parameter_set
-from ...cosim.units import BASE_UNITS, Unit
+from ...cosim.values.units import BASE_UNITS, Unit
 from ...fmi.units import UNITS
 from ...robot.parameters import value
 from .estimate import weighted_mean

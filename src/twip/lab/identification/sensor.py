@@ -10,7 +10,7 @@ from math import pi
 
 import numpy as np
 
-from ...cosim.record import Channel, Signal, Sink
+from ...cosim.model.signals import Channel, Signal, Sink
 from ...robot.parameters import value
 from .recording import Array
 

@@ -6,7 +6,7 @@ from html import escape
 
 from ...cosim.log.log_event import LEVELS
 from ...cosim.log.playback import Playback
-from ...cosim.plural import counted
+from ...cosim.reading.wording import counted
 
 MOST_MESSAGES = 100
 """Different messages of a log that are shown."""

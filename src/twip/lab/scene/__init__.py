@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...cosim.log.log_extra import ExtraChannel
-from ...cosim.record import Channel, columns
+from ...cosim.model.signals import Channel, columns
 from ..run_parameters import number
 from .text import TextChannel
 from .transforms import Column, Frame, TransformChannel

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from ...cosim.several import names
-from ...cosim.values import Value
+from ...cosim.reading.arguments import names
+from ...cosim.values.written import Value
 from ...errors import TwipError
 
 MOST_VALUES = 1_000_000

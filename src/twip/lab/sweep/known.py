@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...cosim.values import Value
+from ...cosim.values.written import Value
 from ...errors import TwipError
 from .measures import Judge
 from .parquet import NOT_NUMBERS, Results

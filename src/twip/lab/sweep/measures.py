@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.results import Table
+from ...cosim.run.results import Table
 from ...errors import TwipError
 from ..metrics import METRICS, is_robot, measure
 from ..numbers import rms

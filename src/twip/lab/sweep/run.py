@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...cosim.system import System
+from ...cosim.model.system import System
 from .engine import Engine, workers
 from .journal import Journal
 from .known import Known

@@ -17,10 +17,10 @@ import numpy as np
 from ...cosim.fmus.pool import InstancePool
 from ...cosim.load import load
 from ...cosim.log.mcap_log import McapLog
-from ...cosim.results import Table
+from ...cosim.model.system import System
+from ...cosim.run.results import Table
 from ...cosim.simulate import simulate
-from ...cosim.system import System
-from ...cosim.values import Value
+from ...cosim.values.written import Value
 from ...errors import TwipError
 from .measures import ERROR, Judge, MetricError
 

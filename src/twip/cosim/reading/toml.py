@@ -5,9 +5,9 @@ import pathlib
 import re
 import tomllib
 
-from ..problems import Place, Problems
-from ..ssp.document import MAXIMUM_BYTES
-from ..ssp.source import read_limited
+from .files import read_limited
+from .problems import Place, Problems
+from .xml import MAXIMUM_BYTES
 
 _HEADER = re.compile(r"\s*(\[{1,2})\s*([\w.-]+)\s*\]{1,2}\s*(?:#.*)?")
 _KEY = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*=""")

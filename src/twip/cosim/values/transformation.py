@@ -8,10 +8,10 @@ target can take it: what is no item of the target's enumeration is a failure.
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass, field
 
-from ..problems import Place, Problems
-from ..units import IDENTITY, Affine
-from .document import Element, Reader, name_of
-from .value_types import family, limits
+from ..reading.problems import Place, Problems
+from ..reading.xml import Element, Reader, name_of
+from .ssp_types import family, limits
+from .units import IDENTITY, Affine
 
 _KINDS = {
     "LinearTransformation": "linear",

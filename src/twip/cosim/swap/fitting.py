@@ -8,13 +8,13 @@ import difflib
 import math
 from collections.abc import Iterable, Mapping
 
-from ..problems import Problems
+from ..fmus.description import Fmu, Variable
+from ..reading.problems import Problems
 from ..ssp.arrays import MAXIMUM_SIZE
-from ..ssp.shapes import Shape, indices, shape_text
 from ..ssp.structure import ComponentElement, Connector, SystemElement, system_around
-from ..ssp.value_types import canonical, family
-from ..units import Unit, UnitMismatchError, conversion, lookup
-from .fmu import Fmu, Variable
+from ..values.shapes import Shape, indices, shape_text
+from ..values.ssp_types import canonical, family
+from ..values.units import Unit, UnitMismatchError, conversion, lookup
 from .swap_map import SwapMap
 
 

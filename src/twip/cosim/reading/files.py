@@ -8,8 +8,8 @@ import urllib.parse
 import zipfile
 from dataclasses import dataclass
 
-from ..problems import Place, Problems
-from .document import MAXIMUM_BYTES, Element, parse_xml
+from .problems import Place, Problems
+from .xml import MAXIMUM_BYTES, Element, parse_xml
 
 
 @dataclass(frozen=True)

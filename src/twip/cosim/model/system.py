@@ -6,18 +6,18 @@ from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from .archive import Workspace, unpack
-from .fmus.fmu import Fmu, Variable
-from .fmus.kept import NotKeptError, abandon, keep
-from .problems import Problems
-from .record import Channel, columns
-from .several import by_name
-from .ssp.links import Conversion, full_name
-from .ssp.parameters import Assignments
-from .ssp.ssd import Experiment
-from .ssp.transformation import Mapping
-from .units import Affine
-from .values import StartValue, Value
+from ..fmus.description import Fmu, Variable
+from ..fmus.fmu_cache import NotKeptError, abandon, keep
+from ..reading.archive import Workspace, unpack
+from ..reading.arguments import by_name
+from ..reading.problems import Problems
+from ..ssp.links import Conversion, full_name
+from ..ssp.parameters import Assignments
+from ..ssp.ssd import Experiment
+from ..values.transformation import Mapping
+from ..values.units import Affine
+from ..values.written import StartValue, Value
+from .signals import Channel, columns
 
 
 @dataclass(frozen=True)

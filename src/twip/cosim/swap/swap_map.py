@@ -12,8 +12,8 @@ import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..problems import Problems
-from ..scenario.toml_file import TomlFile, shown
+from ..reading.problems import Problems
+from ..reading.toml import TomlFile, shown
 
 _KEYS = ("allow_loop", "ignore", "names", "units")
 

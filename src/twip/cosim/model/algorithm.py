@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from ..problems import Place
-from ..ssp.document import ANNOTATION, Element, Reader
+from ..reading.problems import Place
+from ..reading.xml import ANNOTATION, Element, Reader
 
 COUPLINGS = ("jacobi", "gauss-seidel", "iterated")
 _SCHEME = ("coupling", "mid_step", "order", "iteration_tolerance", "maximum_iterations")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..errors import TwipError, clear
+from ...errors import TwipError, clear
 
 NAMED = 10
 """Most names that one line lists."""

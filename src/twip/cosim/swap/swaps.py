@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..coupling.feedthrough import Output, evaluation_order
-from ..problems import Problems
+from ..fmus.description import Fmu, Variable
+from ..reading.problems import Problems
+from ..ssp.component_fmus import read_fmus
 from ..ssp.links import Key
 from ..ssp.structure import ComponentElement, SystemElement
 from ..ssp.wiring import Wiring
-from .fmu import Fmu, Variable
-from .of_system import read_fmus
-from .swap_fit import Fitting
+from .fitting import Fitting
 from .swap_map import SwapMap
 
 

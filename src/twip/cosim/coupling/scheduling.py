@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..fmus.fmu import RECORDED_TYPES, Variable
-from ..ssp.transformation import Mapping
-from ..ssp.value_types import family
-from ..system import Component, Copy, System
+from ..fmus.description import RECORDED_TYPES, Variable
+from ..model.system import Component, Copy, System
+from ..values.ssp_types import family
+from ..values.transformation import Mapping
+from .coupling import Coupling, Iteration
 from .cycles import split
 from .feedthrough import evaluation_order
-from .scheme import Coupling, Iteration
 
 
 @dataclass(frozen=True)

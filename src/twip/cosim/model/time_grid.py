@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..system import System
+from .system import System
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole number of steps from the interval that still counts as rounding."""

@@ -1,13 +1,13 @@
 """The types of variables by one name each for both versions of FMI: `Real` is Float64, `Integer` is Int32 of FMI 3.
  All numbers travel as float64: 64-bit integers only as far as that holds them exactly, to ±2**53. A text travels
-as its number in `texts`.
+as its number in `strings`.
 """
 
 import ctypes
 import math
 from dataclasses import dataclass
 
-from ..ssp.value_types import family, limits
+from .ssp_types import family, limits
 
 EXACT = 2**53
 """The whole numbers from minus this to this are float64 numbers."""

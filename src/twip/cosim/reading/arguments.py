@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
-from ..errors import TwipError
+from ...errors import TwipError
 
 T = TypeVar("T")
 PathLike = str | os.PathLike[str]

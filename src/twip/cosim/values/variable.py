@@ -4,9 +4,9 @@ import pathlib
 from dataclasses import dataclass
 from functools import cached_property
 
-from ..ssp.shapes import Shape, shapes_of
-from ..units import Unit
-from .scalar_types import TYPES
+from .shapes import Shape, shapes_of
+from .types import TYPES
+from .units import Unit
 
 RECORDED_TYPES = tuple(TYPES)
 

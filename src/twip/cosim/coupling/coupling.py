@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ...errors import TwipError
-from ..run.experiment import TimeGrid
-from ..ssp.value_types import family
-from ..system import Component, Copy, System
-from .algorithm import COUPLINGS, Algorithm
+from ..model.algorithm import COUPLINGS, Algorithm
+from ..model.system import Component, Copy, System
+from ..model.time_grid import TimeGrid
+from ..values.ssp_types import family
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole multiple that still counts as rounding."""

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import TwipError
-from .coupling.variable_steps import VariableSteps
-from .fmus.messages import Message
-from .log.log_event import clean
-from .log.sole_file import InUseError, SoleFile
-from .record import TIME, Channel, columns
-from .run.pace import RealTime
-from .ssp.value_types import family
-from .texts import text_of
+from ...errors import TwipError
+from ..coupling.variable_steps import VariableSteps
+from ..fmus.messages import Message
+from ..log.log_event import clean
+from ..log.sole_file import InUseError, SoleFile
+from ..model.signals import TIME, Channel, columns
+from ..values.ssp_types import family
+from ..values.strings import text_of
+from .pace import RealTime
 
 _DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?", "String": "O"}
 """By family of the type."""

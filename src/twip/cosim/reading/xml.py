@@ -8,7 +8,7 @@ from typing import Any
 
 from lxml import etree
 
-from ..problems import Place, Problems
+from .problems import Place, Problems
 
 NAMESPACES = frozenset(
     f"http://ssp-standard.org/SSP1/SystemStructure{part}"

@@ -6,7 +6,7 @@ of its own, `Float32` to `Float64` for example; what loses information is refuse
 
 from dataclasses import dataclass
 
-from .document import Element, Reader, name_of
+from ..reading.xml import Element, Reader, name_of
 
 REFUSED = ("Binary", "Clock")
 """Types of SSP that are not supported."""

@@ -1,4 +1,4 @@
-"""Reads an FMU's model description without loading any code of it; what it holds is in `variable`."""
+"""Reads an FMU's model description without loading any code of it; what it holds is in `values.variable`."""
 
 import dataclasses
 import functools
@@ -8,13 +8,13 @@ import zipfile
 
 import fmpy
 
-from ..problems import Place, Problems
-from ..ssp.document import MAXIMUM_BYTES, Element, parse_xml
-from ..ssp.source import is_special, read_limited
-from ..values import out_of_range, parse_value
+from ..reading.files import is_special, read_limited
+from ..reading.problems import Place, Problems
+from ..reading.xml import MAXIMUM_BYTES, Element, parse_xml
+from ..values.variable import RECORDED_TYPES, Fmu, Variable
+from ..values.written import out_of_range, parse_value
 from .description_fmi2 import describe_fmi2
 from .description_fmi3 import describe_fmi3
-from .variable import RECORDED_TYPES, Fmu, Variable
 
 __all__ = ["RECORDED_TYPES", "Fmu", "Variable", "file_fingerprint", "read_fmu"]
 NATIVE = "org.twip.native"

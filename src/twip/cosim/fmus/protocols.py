@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from ..values import StartValue
+from ..values.written import StartValue
 
 
 class InstanceFace(Protocol):

@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass
 from decimal import Decimal
 
-from .fmus.scalar_types import TYPES, misfit, rule, to_float32
-from .fmus.variable import Variable
-from .problems import Place, Problems
-from .ssp.transformation import Items, Transformation, tabulate
-from .ssp.value_types import family
-from .texts import number_of, passes
+from ..reading.problems import Place, Problems
+from .ssp_types import family
+from .strings import number_of, passes
+from .transformation import Items, Transformation, tabulate
+from .types import TYPES, misfit, rule, to_float32
 from .units import Unit, UnitMismatchError, conversion
+from .variable import Variable
 
 Value = float | int | bool | str
 _ALSO_FITS = {("Integer", "Real"), ("Integer", "Enumeration"), ("String", "Enumeration")}

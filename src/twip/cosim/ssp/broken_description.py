@@ -7,12 +7,12 @@ which is wrong or not by itself.
 import pathlib
 from collections.abc import Callable, Mapping
 
-from ..fmus.of_system import read_fmus
-from ..problems import Problems
+from ..reading.files import Location
+from ..reading.problems import Problems
+from ..reading.xml import Element, Reader
 from .bindings import find
-from .document import Element, Reader
+from .component_fmus import read_fmus
 from .elements import read_system
-from .source import Location
 from .ssm import read_parameter_mapping
 from .ssv import read_parameter_set
 from .structure import Document, Outside, components_of, systems_of

@@ -9,7 +9,7 @@ import weakref
 import zipfile
 import zlib
 
-from ..errors import TwipError
+from ...errors import TwipError
 
 MAXIMUM_BYTES = 4 * 1024**3
 """Most that one archive may unpack to."""

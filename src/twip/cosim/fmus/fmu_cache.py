@@ -16,8 +16,8 @@ import zipfile
 import zlib
 
 from ...errors import TwipError
-from ..archive import plain, unpack
-from .fmu import Fmu, file_fingerprint
+from ..reading.archive import plain, unpack
+from .description import Fmu, file_fingerprint
 
 MARKER = "twip-keeps-this-folder"
 """File beside the model description of an FMU in a folder that stays."""

@@ -4,9 +4,9 @@ import difflib
 import pathlib
 from collections.abc import Mapping
 
-from ..problems import Place, Problems
-from ..ssp.structure import DEFINITION, FMU, PACKAGE, ComponentElement
-from .fmu import Fmu, read_fmu
+from ..fmus.description import Fmu, read_fmu
+from ..reading.problems import Place, Problems
+from .structure import DEFINITION, FMU, PACKAGE, ComponentElement
 
 
 def read_fmus(

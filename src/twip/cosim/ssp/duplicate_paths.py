@@ -7,7 +7,7 @@ inputs and scenarios need names of their own: a later element gets `_2` behind i
 import dataclasses
 from dataclasses import dataclass, field
 
-from ..problems import Problems
+from ..reading.problems import Problems
 from .structure import Connection, SystemElement, join
 
 

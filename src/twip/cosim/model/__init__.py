@@ -1,0 +1,1 @@
+"""A system, its run and its schedule as pure data."""

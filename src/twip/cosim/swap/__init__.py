@@ -1,0 +1,1 @@
+"""Putting another FMU in a component's place."""

@@ -1,0 +1,1 @@
+"""Types, units, texts and what becomes of a value on its way."""
