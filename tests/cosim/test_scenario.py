@@ -10,7 +10,7 @@ from twip.cosim.coupling.coupling import Coupling
 from twip.cosim.coupling.scheduling import make_schedule
 from twip.cosim.scenario.faults import Faults
 from twip.cosim.scenario.plan import Fault
-from twip.cosim.ssp.links import Conversion
+from twip.cosim.values.conversion import Conversion
 from twip.errors import TwipError
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from ..model.signals import Signal
 from ..reading.problems import Place
 from ..reading.toml import shown
-from ..ssp.links import Conversion
+from ..values.conversion import Conversion
 from ..values.ssp_types import family
 from ..values.transformation import Items
 from ..values.written import cannot_travel, in_vector

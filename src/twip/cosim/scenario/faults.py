@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ..coupling.scheduling import Schedule
-from ..ssp.links import Conversion
+from ..values.conversion import Conversion
 from .plan import Fault
 
 _PER_COPY = ("destination", "source", "factor", "offset", "middle", "owner", "copy_every")

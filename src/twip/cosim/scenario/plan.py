@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ..model.time_grid import TimeGrid
 from ..reading.problems import Place
-from ..ssp.links import Conversion
+from ..values.conversion import Conversion
 from ..values.written import StartValue
 from .inputs import EARLY, NO_INPUTS, InputSeries
 

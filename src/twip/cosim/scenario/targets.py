@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..model.system import System
-from ..ssp.links import Conversion
+from ..values.conversion import Conversion
 from ..values.ssp_types import family
 from ..values.transformation import Items
 from ..values.types import TYPES, misfit, rule

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 from ..fmus.description import RECORDED_TYPES, Variable
 from ..reading.problems import Place, Problems
+from ..values.conversion import Conversion
 from ..values.ssp_types import family, holds
 from ..values.transformation import Items, Mapping, tabulate
 from ..values.types import EXACT, misfit
-from ..values.units import IDENTITY, Affine, Unit, UnitMismatchError, conversion
+from ..values.units import IDENTITY, Unit, UnitMismatchError, conversion
 from .kinds import GIVING
 from .structure import Connection
 
@@ -58,28 +59,6 @@ class Edge:
     def label(self) -> str:
         """Both ends."""
         return f"{self.source.label()} → {self.target.label()}"
-
-
-@dataclass(frozen=True)
-class Conversion:
-    """What becomes of a value on its way: `affine` of a Real, `mapping` (None for none) of a Boolean, Integer or
-    Enumeration.
-    """
-
-    affine: Affine = IDENTITY
-    mapping: Mapping | None = None
-
-    def __call__(self, value: float) -> float | None:
-        """Return the converted value, None for one that must not occur; a whole number stays one."""
-        if self.mapping is None:
-            return value if self.affine == IDENTITY else self.affine(value)
-        return self.mapping(int(value))
-
-    def inverse(self, value: float) -> float:
-        """Return what becomes `value`."""
-        if self.mapping is None:
-            return value if self.affine == IDENTITY else self.affine.inverse(value)
-        return self.mapping.inverse(value)
 
 
 @dataclass(frozen=True)
