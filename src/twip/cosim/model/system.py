@@ -11,10 +11,10 @@ from ..fmus.fmu_cache import NotKeptError, abandon, keep
 from ..reading.archive import Workspace, unpack
 from ..reading.arguments import by_name
 from ..reading.problems import Problems
-from ..ssp.links import full_name
 from ..ssp.parameters import Assignments
 from ..ssp.ssd import Experiment
 from ..values.conversion import Conversion
+from ..values.names import full_name
 from ..values.transformation import Mapping
 from ..values.units import Affine
 from ..values.written import StartValue, Value

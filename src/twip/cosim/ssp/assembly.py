@@ -9,9 +9,10 @@ from ..model.signals import TIME, Channel, Signal, columns
 from ..model.system import Component, Copy, OpenConnector, ParameterLink, System
 from ..reading.archive import Workspace
 from ..reading.problems import Place, Problems
+from ..values.names import Key, full_name
 from ..values.ssp_types import family
 from ..values.written import cannot_travel, parse_value
-from .links import Key, Link, Port, full_name
+from .links import Link, Port
 from .parameters import Assignments
 from .ssd import Description
 from .structure import systems_of

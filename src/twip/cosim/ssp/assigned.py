@@ -4,13 +4,14 @@ from dataclasses import dataclass, field, replace
 
 from ..reading.problems import Place, Problems
 from ..values.conversion import Conversion
+from ..values.names import Key, full_name
 from ..values.ssp_types import family
 from ..values.types import EXACT, misfit, to_float32
 from ..values.units import Unit
 from ..values.variable import Variable
 from ..values.written import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, take
 from .kinds import GIVING, PARAMETERS
-from .links import Key, Port, convert_along, full_name
+from .links import Port, convert_along
 from .wiring import Wiring
 
 

@@ -7,9 +7,10 @@ taken has it from the signal. Units are converted on the way.
 from collections.abc import Mapping
 
 from ..reading.problems import Problems
+from ..values.names import Key, full_name
 from ..values.units import lookup
 from .bindings import find
-from .links import Edge, Key, Port, full_name
+from .links import Edge, Port
 from .ssb import SignalDictionary, read_signal_dictionary
 from .structure import Connection, DictionaryElement, DictionaryReference, SystemElement, join
 

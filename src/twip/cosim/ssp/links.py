@@ -13,15 +13,13 @@ from dataclasses import dataclass
 from ..fmus.description import RECORDED_TYPES, Variable
 from ..reading.problems import Place, Problems
 from ..values.conversion import Conversion
+from ..values.names import Key, full_name
 from ..values.ssp_types import family, holds
 from ..values.transformation import Items, Mapping, tabulate
 from ..values.types import EXACT, misfit
 from ..values.units import IDENTITY, Unit, UnitMismatchError, conversion
 from .kinds import GIVING
 from .structure import Connection
-
-Key = tuple[str, str]
-"""Dotted path of a component or system (empty for the outermost system), and the name of a connector or variable."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +71,6 @@ class Link:
     def label(self) -> str:
         """Both ends."""
         return f"{full_name(self.source.key)} → {full_name(self.edges[-1].target.key)}"
-
-
-def full_name(key: Key) -> str:
-    """Return `component.variable`, or the bare name of a connector of the outermost system."""
-    return f"{key[0]}.{key[1]}" if key[0] else key[1]
 
 
 def differences(edges: AnyMapping[Key, Edge]) -> dict[Key, dict[bool, Edge]]:

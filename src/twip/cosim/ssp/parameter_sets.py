@@ -3,12 +3,13 @@
 import dataclasses
 
 from ..reading.problems import Place, Problems, some_of
+from ..values.names import Key, full_name
 from ..values.shapes import shape_text
 from ..values.ssp_types import family
 from ..values.units import Unit, lookup
 from ..values.variable import Variable
 from ..values.written import Written
-from .links import Key, Port, full_name
+from .links import Port
 from .parameters import Assignments, Scope
 from .ssm import MappingEntry, ParameterMapping
 from .ssv import Parameter, ParameterSet

@@ -13,12 +13,13 @@ from functools import cached_property
 
 from ..fmus.description import Fmu, Variable
 from ..reading.problems import Place, Problems, some_of
+from ..values.names import Key, full_name
 from ..values.shapes import Shape, shapes_of
 from ..values.units import Unit
 from ..values.written import Value, Written, parse_value
 from .assigned import Assigned
 from .duplicate_paths import Punned
-from .links import Key, Port, full_name
+from .links import Port
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 
 from ..fmus.description import Fmu, Variable, file_fingerprint
 from ..reading.problems import Problems
+from ..values.names import Key
 from ..values.written import Value
 from .bindings import fetch
 from .duplicate_paths import Punned
-from .links import Key
 from .parameter_sets import apply_set
 from .parameters import Assignments, Scope
 from .ssv import read_parameter_file

@@ -5,12 +5,13 @@ from functools import cached_property
 
 from ..fmus.description import Fmu
 from ..reading.problems import Problems
+from ..values.names import Key, full_name
 from ..values.ssp_types import Enumeration, canonical
 from ..values.transformation import Items
 from ..values.units import UnitMismatchError, conversion, lookup
 from .dictionaries import Dictionaries
 from .kinds import ALLOWED, refusal
-from .links import Edge, Key, Link, Port, differences, full_name, trace
+from .links import Edge, Link, Port, differences, trace
 from .structure import ComponentElement, Connection, Connector, DictionaryReference, Document, SystemElement, join
 
 

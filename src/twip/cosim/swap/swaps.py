@@ -14,9 +14,9 @@ from ..coupling.feedthrough import Output, evaluation_order
 from ..fmus.description import Fmu, Variable
 from ..reading.problems import Problems
 from ..ssp.component_fmus import read_fmus
-from ..ssp.links import Key
 from ..ssp.structure import ComponentElement, SystemElement
 from ..ssp.wiring import Wiring
+from ..values.names import Key
 from .fitting import Fitting
 from .swap_map import SwapMap
 
