@@ -7,10 +7,10 @@ from ..reading.files import Location
 from ..reading.problems import Problems
 from ..reading.xml import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
 from ..values.ssp_types import read_enumerations
-from ..values.units import read_units
 from .elements import read_system
 from .schemas import opened
 from .structure import Document, SystemElement
+from .unit_definitions import read_units
 
 
 @dataclass(frozen=True)

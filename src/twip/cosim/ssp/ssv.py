@@ -10,8 +10,9 @@ from ..reading.problems import Place, Problems
 from ..reading.xml import METADATA_ATTRIBUTES, Element, Reader, name_of
 from ..values.shapes import Shape, indices, shape_text
 from ..values.ssp_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
-from ..values.units import Unit, read_units
+from ..values.units import Unit
 from .schemas import opened
+from .unit_definitions import read_units
 
 
 @dataclass(frozen=True)
