@@ -12,12 +12,12 @@ from ..reading.archive import Workspace, unpack
 from ..reading.arguments import by_name
 from ..reading.problems import Problems
 from ..ssp.parameters import Assignments
-from ..ssp.ssd import Experiment
 from ..values.conversion import Conversion
 from ..values.names import full_name
 from ..values.transformation import Mapping
 from ..values.units import Affine
 from ..values.written import StartValue, Value
+from .experiment import Experiment
 from .signals import Channel, columns
 
 

@@ -8,12 +8,13 @@ import pathlib
 
 from ...errors import TwipError
 from ..fmus.description import file_fingerprint
+from ..model.experiment import Experiment
 from ..reading.archive import Workspace, unpack
 from ..reading.files import Location, read_file
 from ..reading.problems import Problems
 from ..reading.xml import Reader, name_of
 from .elements import read_system
-from .ssd import Experiment, read_description
+from .ssd import read_description
 from .structure import DEFINITION, FMU, PACKAGE, ComponentElement, SystemElement
 
 DEFAULT_SSD = "SystemStructure.ssd"

@@ -1,8 +1,9 @@
 """System structure descriptions (`.ssd`) of SSP 1.0 and 2.0: the file as plain data, nothing resolved yet."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from ..model.algorithm import Algorithm, read_algorithm
+from ..model.experiment import Experiment
 from ..reading.files import Location
 from ..reading.problems import Problems
 from ..reading.xml import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
@@ -11,15 +12,6 @@ from .elements import read_system
 from .schemas import opened
 from .structure import Document, SystemElement
 from .unit_definitions import read_units
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """What a file proposes for a run; None where it says nothing."""
-
-    start_time: float | None = None
-    stop_time: float | None = None
-    algorithm: Algorithm = field(default_factory=Algorithm)
 
 
 @dataclass(frozen=True)
