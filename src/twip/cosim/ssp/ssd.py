@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
-from ..model.algorithm import Algorithm, read_algorithm
+from ..model.algorithm import Algorithm
 from ..model.experiment import Experiment
 from ..reading.files import Location
 from ..reading.problems import Problems
 from ..reading.xml import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
 from ..values.ssp_types import read_enumerations
+from .algorithm_annotation import read_algorithm
 from .elements import read_system
 from .schemas import opened
 from .structure import Document, SystemElement
