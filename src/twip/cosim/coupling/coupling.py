@@ -3,33 +3,22 @@
 import difflib
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ...errors import TwipError
 from ..model.algorithm import COUPLINGS, Algorithm
+from ..model.iteration import ITERATIONS, TOLERANCE, Iteration
 from ..model.system import Component, Copy, System
 from ..model.time_grid import TimeGrid
 from ..values.ssp_types import family
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole multiple that still counts as rounding."""
-TOLERANCE, ITERATIONS = 1e-8, 50
-"""Defaults of `Iteration`."""
 SMALLEST = 1e-6
 """Default of the smallest variable step: a share of the first."""
 
 Problem = tuple[str, tuple[str, str]]
 """A line, and the field and name that it is about (see `Algorithm.places`)."""
-
-
-@dataclass(frozen=True)
-class Iteration:
-    """When an iterated step is accepted."""
-
-    tolerance: float = TOLERANCE
-    """Largest change of a coupling variable, relative to its magnitude or nominal value."""
-    maximum: int = ITERATIONS
-    """Most iterations of a step; more are a failure."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +45,7 @@ class Coupling:
     """All components in the order of execution, or none: by feed-through."""
     own_steps: tuple[tuple[str, int], ...] = ()
     """Components with a step of their own, in communication steps (more than one), in the order of their names."""
-    iteration: Iteration = Iteration()
+    iteration: Iteration = field(default_factory=Iteration)
     control: Control | None = None
     """None for equal steps."""
 

@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ..fmus.description import RECORDED_TYPES, Variable
+from ..model.iteration import Iteration
 from ..model.system import Component, Copy, System
 from ..values.ssp_types import family
 from ..values.transformation import Mapping
-from .coupling import Coupling, Iteration
+from .coupling import Coupling
 from .cycles import split
 from .feedthrough import evaluation_order
 
