@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from ...errors import TwipError
-from ..coupling.coupling import Coupling, find_problems
+from ..coupling.coupling import Coupling
 from ..coupling.rollback import repeatable
 from ..model.algorithm import Algorithm
+from ..model.algorithm_problems import find_problems
 from ..model.system import System, cannot_share_a_process
 from ..model.time_grid import TimeGrid, time_grid
 from ..reading.problems import Problems

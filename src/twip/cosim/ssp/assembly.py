@@ -3,8 +3,8 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from ..coupling.coupling import find_problems
 from ..fmus.description import RECORDED_TYPES, Fmu
+from ..model.algorithm_problems import find_problems
 from ..model.signals import TIME, Channel, Signal, columns
 from ..model.system import Component, Copy, OpenConnector, ParameterLink, System
 from ..reading.archive import Workspace
