@@ -18,9 +18,9 @@ from ...errors import TwipError
 from ..fmus.component import UNFIT
 from ..fmus.native import DECLINED, native_access
 from ..fmus.ports import InputGroup, OutputGroup, Ports
+from ..model.schedule import Schedule
 from ..values.types import EXACT, TYPES
 from .execution import Execution
-from .scheduling import Schedule
 
 IntTable = NDArray[np.int64]
 

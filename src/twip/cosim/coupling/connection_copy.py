@@ -2,8 +2,8 @@
 
 import math
 
+from ..model.schedule import Schedule
 from .execution import Vector
-from .scheduling import Schedule
 
 
 def copy_value(schedule: Schedule, copy: int, values: Vector) -> float | None:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..fmus.messages import Message
 from ..fmus.protocols import PortsFace
+from ..model.schedule import Schedule
 from ..model.time_grid import TimeGrid
-from .scheduling import Schedule
 
 Vector = ctypes.Array[ctypes.c_double]
 

@@ -7,10 +7,11 @@ as 1 / u is with u = 0. Where outputs depend on each other, the start values of 
 from collections.abc import Sequence
 
 from ..fmus.protocols import PortsFace
+from ..model.schedule import Schedule
 from ..model.system import System
 from .connection_copy import copy_value
 from .execution import Vector
-from .scheduling import Schedule, feedthrough_of
+from .scheduling import feedthrough_of
 
 
 def read_in_order(system: System, schedule: Schedule, ports: Sequence[PortsFace], values: Vector) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import TwipError
 from ..fmus.component import ComponentError
 from ..fmus.protocols import InstanceFace, PortsFace
+from ..model.schedule import Schedule
 from ..model.system import ParameterLink, System
 from ..reading.problems import Place
 from ..values.ssp_types import family
@@ -17,7 +18,6 @@ from .connection_copy import copy_value
 from .execution import Vector
 from .first_values import read_in_order
 from .fixed_point import Acceleration
-from .scheduling import Schedule
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12

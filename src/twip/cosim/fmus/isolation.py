@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..coupling.execution import Vector
-from ..coupling.scheduling import Schedule
+from ..model.schedule import Schedule
 from ..model.system import Component
 from ..values.strings import number_of, text_of
 from ..values.written import StartValue

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coupling.scheduling import ComponentPorts
+from ..model.schedule import ComponentPorts
 from ..model.system import Component
 
 START, CALL, ADVANCE = range(3)

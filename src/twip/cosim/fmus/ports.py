@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..coupling.execution import Vector
-from ..coupling.scheduling import ComponentPorts, Group
+from ..model.schedule import ComponentPorts, Group
 from ..values.types import EXACT, misfit, to_float32
 from .component import Instance
 

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from ...errors import TwipError
 from ..coupling.coupling import Coupling
 from ..coupling.execution import Execution, vector
-from ..coupling.scheduling import Schedule, make_schedule
+from ..coupling.scheduling import make_schedule
 from ..coupling.variable_steps import VariableSteps
 from ..fmus.isolation import Isolation
 from ..fmus.messages import Message
 from ..fmus.pool import InstancePool
 from ..fmus.protocols import InstanceFace
+from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.time_grid import TimeGrid
 from ..scenario.faults import Faults

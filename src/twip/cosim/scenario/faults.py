@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..coupling.scheduling import Schedule
+from ..model.schedule import Schedule
 from ..values.conversion import Conversion
 from .plan import Fault
 
