@@ -3,7 +3,7 @@
 import math
 
 from ..model.schedule import Schedule
-from .execution import Vector
+from ..model.vector import Vector
 
 
 def copy_value(schedule: Schedule, copy: int, values: Vector) -> float | None:

@@ -1,6 +1,5 @@
 """What the steps of a run work on: the plan, the values, and what is remembered from one step to the next."""
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,8 +10,7 @@ from ..fmus.messages import Message
 from ..fmus.protocols import PortsFace
 from ..model.schedule import Schedule
 from ..model.time_grid import TimeGrid
-
-Vector = ctypes.Array[ctypes.c_double]
+from ..model.vector import Vector
 
 
 @dataclass
@@ -77,8 +75,3 @@ class Execution:
     def row(self) -> NDArray[np.float64]:
         """The values as an array on the same memory (columns,)."""
         return np.ctypeslib.as_array(self.values)
-
-
-def vector(columns: int) -> Vector:
-    """Return a value vector of zeros."""
-    return (ctypes.c_double * columns)()

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from ..fmus.protocols import PortsFace
 from ..model.schedule import Schedule
 from ..model.system import System
+from ..model.vector import Vector
 from .connection_copy import copy_value
-from .execution import Vector
 from .scheduling import feedthrough_of
 
 

@@ -10,12 +10,12 @@ from ..fmus.component import ComponentError
 from ..fmus.protocols import InstanceFace, PortsFace
 from ..model.schedule import Schedule
 from ..model.system import ParameterLink, System
+from ..model.vector import Vector
 from ..reading.problems import Place
 from ..values.ssp_types import family
 from ..values.strings import text_of
 from ..values.written import StartValue, Value
 from .connection_copy import copy_value
-from .execution import Vector
 from .first_values import read_in_order
 from .fixed_point import Acceleration
 

@@ -22,9 +22,9 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coupling.execution import Vector
 from ..model.schedule import Schedule
 from ..model.system import Component
+from ..model.vector import Vector
 from ..values.strings import number_of, text_of
 from ..values.written import StartValue
 from .component import ComponentError, EndRequestedError, one_line

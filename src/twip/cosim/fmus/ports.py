@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 from typing import NoReturn
 
-from ..coupling.execution import Vector
 from ..model.schedule import ComponentPorts, Group
+from ..model.vector import Vector
 from ..values.types import EXACT, misfit, to_float32
 from .component import Instance
 

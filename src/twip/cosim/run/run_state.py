@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ..coupling.coupling import Coupling
-from ..coupling.execution import Execution, vector
+from ..coupling.execution import Execution
 from ..coupling.scheduling import make_schedule
 from ..coupling.variable_steps import VariableSteps
 from ..fmus.isolation import Isolation
@@ -20,6 +20,7 @@ from ..fmus.protocols import InstanceFace
 from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.time_grid import TimeGrid
+from ..model.vector import vector
 from ..scenario.faults import Faults
 from ..scenario.live_inputs import LiveInputs
 from ..scenario.plan import Scenario
