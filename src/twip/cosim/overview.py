@@ -8,7 +8,7 @@ import fmpy.validation
 
 from .coupling.coupling import Coupling
 from .coupling.scheduling import make_schedule
-from .fmus.description import Fmu, Variable
+from .model.fmu import Fmu
 from .model.system import System
 from .model.time_grid import TimeGrid
 from .reading.wording import counted
@@ -17,6 +17,7 @@ from .ssp.ssb import SignalDictionary
 from .ssp.ssm import ParameterMapping
 from .ssp.ssv import ParameterSet
 from .values.transformation import Transformation
+from .values.variable import Variable
 
 _DEPARTURES = 3
 """Most warnings of an FMU's model description in the overview of a system."""

@@ -6,10 +6,10 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fmus.description import RECORDED_TYPES, Variable
 from ..model.schedule import ComponentPorts, Group, Schedule
 from ..model.system import Component, Copy, System
 from ..values.ssp_types import family
+from ..values.variable import RECORDED_TYPES, Variable
 from .coupling import Coupling
 from .cycles import split
 from .feedthrough import evaluation_order

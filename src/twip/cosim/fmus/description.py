@@ -1,4 +1,4 @@
-"""Reads an FMU's model description without loading any code of it; what it holds is in `values.variable`."""
+"""Reads an FMU's model description without loading any code of it; what it holds is in `model.fmu`."""
 
 import dataclasses
 import functools
@@ -8,15 +8,14 @@ import zipfile
 
 import fmpy
 
+from ..model.fmu import Fmu
 from ..reading.files import is_special, read_limited
 from ..reading.problems import Place, Problems
 from ..reading.xml import MAXIMUM_BYTES, Element, parse_xml
-from ..values.variable import RECORDED_TYPES, Fmu, Variable
 from ..values.written import out_of_range, parse_value
 from .description_fmi2 import describe_fmi2
 from .description_fmi3 import describe_fmi3
 
-__all__ = ["RECORDED_TYPES", "Fmu", "Variable", "file_fingerprint", "read_fmu"]
 NATIVE = "org.twip.native"
 """Name of the vendor annotation that announces native functions."""
 

@@ -6,11 +6,12 @@ Departures from the standard's schema that do not matter here are left to `overv
 import math
 import pathlib
 
+from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..reading.xml import Element, Reader
 from ..values.types import rule
 from ..values.units import BASE_UNITS, Unit, lookup
-from ..values.variable import Fmu, Variable
+from ..values.variable import Variable
 from ..values.written import parse_value
 from .description_checks import refuse_twice, usable_nominal, usable_step
 

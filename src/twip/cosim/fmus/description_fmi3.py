@@ -13,11 +13,12 @@ from typing import Any
 import fmpy
 from lxml import etree
 
+from ..model.fmu import Fmu
 from ..reading.problems import Place, Problems
 from ..reading.xml import Element
 from ..values.types import NAMES
 from ..values.units import BASE_UNITS, Unit, lookup
-from ..values.variable import Fmu, Variable
+from ..values.variable import Variable
 from .description_checks import refuse_twice, usable_nominal, usable_step
 
 MAXIMUM_ELEMENTS = 100_000

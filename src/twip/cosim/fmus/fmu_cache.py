@@ -16,8 +16,9 @@ import zipfile
 import zlib
 
 from ...errors import TwipError
+from ..model.fmu import Fmu
 from ..reading.archive import plain, unpack
-from .description import Fmu, file_fingerprint
+from .description import file_fingerprint
 
 MARKER = "twip-keeps-this-folder"
 """File beside the model description of an FMU in a folder that stays."""

@@ -28,9 +28,9 @@ from fmpy.fmi3 import (
 
 from ..values.strings import text_of
 from ..values.types import TYPES
+from ..values.variable import Variable
 from ..values.written import StartValue, Value, parse_value
 from .component import UNFIT, Access, Instance
-from .description import Variable
 from .text_access import text_getter, text_setter
 
 _C_TYPES = {

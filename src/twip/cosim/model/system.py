@@ -6,7 +6,6 @@ from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from ..fmus.description import Fmu, Variable
 from ..fmus.fmu_cache import NotKeptError, abandon, keep
 from ..reading.archive import Workspace, unpack
 from ..reading.arguments import by_name
@@ -16,8 +15,10 @@ from ..values.conversion import Conversion
 from ..values.names import full_name
 from ..values.transformation import Mapping
 from ..values.units import Affine
+from ..values.variable import Variable
 from ..values.written import StartValue, Value
 from .experiment import Experiment
+from .fmu import Fmu
 from .signals import Channel, columns
 
 

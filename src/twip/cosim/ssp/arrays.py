@@ -7,7 +7,7 @@ connection between arrays of one shape becomes one connection per element.
 import dataclasses
 import math
 
-from ..fmus.description import Fmu
+from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..values.shapes import Shape, indices, shape_text
 from .structure import Connection, Connector, DictionaryReference, SystemElement, join

@@ -3,14 +3,15 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from ..fmus.description import RECORDED_TYPES, Fmu
 from ..model.algorithm_problems import find_problems
+from ..model.fmu import Fmu
 from ..model.signals import TIME, Channel, Signal, columns
 from ..model.system import Component, Copy, OpenConnector, ParameterLink, System
 from ..reading.archive import Workspace
 from ..reading.problems import Place, Problems
 from ..values.names import Key, full_name
 from ..values.ssp_types import family
+from ..values.variable import RECORDED_TYPES
 from ..values.written import cannot_travel, parse_value
 from .links import Link, Port
 from .parameters import Assignments

@@ -4,7 +4,8 @@ import difflib
 import pathlib
 from collections.abc import Mapping
 
-from ..fmus.description import Fmu, read_fmu
+from ..fmus.description import read_fmu
+from ..model.fmu import Fmu
 from ..reading.problems import Place, Problems
 from .structure import DEFINITION, FMU, PACKAGE, ComponentElement
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping as AnyMapping
 from collections.abc import Set
 from dataclasses import dataclass
 
-from ..fmus.description import RECORDED_TYPES, Variable
 from ..reading.problems import Place, Problems
 from ..values.conversion import Conversion
 from ..values.names import Key, full_name
@@ -18,6 +17,7 @@ from ..values.ssp_types import family, holds
 from ..values.transformation import Items, Mapping, tabulate
 from ..values.types import EXACT, misfit
 from ..values.units import IDENTITY, Unit, UnitMismatchError, conversion
+from ..values.variable import RECORDED_TYPES, Variable
 from .kinds import GIVING
 from .structure import Connection
 

@@ -11,11 +11,12 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ..fmus.description import Fmu, Variable
+from ..model.fmu import Fmu
 from ..reading.problems import Place, Problems, some_of
 from ..values.names import Key, full_name
 from ..values.shapes import Shape, shapes_of
 from ..values.units import Unit
+from ..values.variable import Variable
 from ..values.written import Value, Written, parse_value
 from .assigned import Assigned
 from .duplicate_paths import Punned

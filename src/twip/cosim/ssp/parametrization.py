@@ -9,9 +9,11 @@ connected takes its value from the connection wherever a binding for it stands.
 import pathlib
 from collections.abc import Mapping, Sequence
 
-from ..fmus.description import Fmu, Variable, file_fingerprint
+from ..fmus.description import file_fingerprint
+from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..values.names import Key
+from ..values.variable import Variable
 from ..values.written import Value
 from .bindings import fetch
 from .duplicate_paths import Punned

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ..fmus.description import Fmu
+from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..values.names import Key, full_name
 from ..values.ssp_types import Enumeration, canonical

@@ -8,13 +8,14 @@ import difflib
 import math
 from collections.abc import Iterable, Mapping
 
-from ..fmus.description import Fmu, Variable
+from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..ssp.arrays import MAXIMUM_SIZE
 from ..ssp.structure import ComponentElement, Connector, SystemElement, system_around
 from ..values.shapes import Shape, indices, shape_text
 from ..values.ssp_types import canonical, family
 from ..values.units import Unit, UnitMismatchError, conversion, lookup
+from ..values.variable import Variable
 from .swap_map import SwapMap
 
 

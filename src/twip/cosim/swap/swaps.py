@@ -11,12 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..coupling.feedthrough import Output, evaluation_order
-from ..fmus.description import Fmu, Variable
+from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..ssp.component_fmus import read_fmus
 from ..ssp.structure import ComponentElement, SystemElement
 from ..ssp.wiring import Wiring
 from ..values.names import Key
+from ..values.variable import Variable
 from .fitting import Fitting
 from .swap_map import SwapMap
 
