@@ -1,18 +1,8 @@
 """Collects what is wrong with a system, so that all of it is told at once."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...errors import TwipError, clear
-
-NAMED = 10
-"""Most names that one line lists."""
-
-
-def some_of(names: Sequence[str]) -> str:
-    """Return the first names, and how many more there are."""
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return ", ".join(names[:NAMED]) + more
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 import dataclasses
 
-from ..reading.problems import Place, Problems, some_of
+from ..reading.problems import Place, Problems
+from ..reading.wording import some_of
 from ..values.names import Key, full_name
 from ..values.shapes import shape_text
 from ..values.ssp_types import family

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..model.fmu import Fmu
-from ..reading.problems import Place, Problems, some_of
+from ..reading.problems import Place, Problems
+from ..reading.wording import some_of
 from ..values.names import Key, full_name
 from ..values.shapes import Shape, shapes_of
 from ..values.units import Unit
