@@ -10,7 +10,7 @@ from ..fmus.protocols import PortsFace
 from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.vector import Vector
-from .connection_copy import copy_value
+from .plain_step import copy_value
 from .scheduling import feedthrough_of
 
 

@@ -15,9 +15,9 @@ from ..reading.problems import Place
 from ..values.ssp_types import family
 from ..values.strings import text_of
 from ..values.written import StartValue, Value
-from .connection_copy import copy_value
 from .first_values import read_in_order
 from .fixed_point import Acceleration
+from .plain_step import copy_value
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12

@@ -11,8 +11,7 @@ from ..model.system import Component, Copy, System
 from ..values.ssp_types import family
 from ..values.variable import RECORDED_TYPES, Variable
 from .coupling import Coupling
-from .cycles import split
-from .feedthrough import evaluation_order
+from .feedthrough import evaluation_order, split
 
 
 def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()) -> Schedule:

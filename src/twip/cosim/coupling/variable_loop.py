@@ -12,6 +12,7 @@ difference divided by 2**order - 1).
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,6 @@ from .iterated_step import IteratedStep
 from .plain_step import PlainStep
 from .rollback import Snapshot
 from .scheduling import feedthrough_of
-from .variable_steps import VariableSteps
 
 _SAFETY = 0.9
 _SMALLEST, _LARGEST = 0.2, 4.0
@@ -171,3 +171,17 @@ class VariableLoop:
             f" step, {end - begin:.3g} s, the error is {error:.3g} times as large (a jump in an output, or a tolerance"
             " below what the FMUs can do; a smaller minimum step or a larger tolerance may help)"
         )
+
+
+@dataclass
+class VariableSteps:
+    """What the steps of a run were like."""
+
+    smallest: float = math.inf
+    """Smallest communication step in s; one that had to end at an event counts too."""
+    largest: float = 0.0
+    taken_back: int = 0
+    """Steps that had to be repeated with a smaller size."""
+
+    def __str__(self) -> str:
+        return f"{self.smallest:.3g} s to {self.largest:.3g} s, {self.taken_back} taken back"

@@ -13,7 +13,7 @@ from ..model.algorithm_problems import find_problems
 from ..model.system import System, cannot_share_a_process
 from ..model.time_grid import TimeGrid, time_grid
 from ..reading.problems import Problems
-from ..scenario.fault_timing import check_own_steps
+from ..scenario.fault_entries import check_own_steps
 from ..scenario.plan import Scenario
 from ..scenario.scenario_file import read_scenario
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..coupling.variable_steps import VariableSteps
+from ..coupling.variable_loop import VariableSteps
 from ..fmus.messages import Message
 from ..log.log_event import clean
 from ..log.sole_file import InUseError, SoleFile

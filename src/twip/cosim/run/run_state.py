@@ -12,7 +12,7 @@ from ...errors import TwipError
 from ..coupling.coupling import Coupling
 from ..coupling.execution import Execution
 from ..coupling.scheduling import make_schedule
-from ..coupling.variable_steps import VariableSteps
+from ..coupling.variable_loop import VariableSteps
 from ..fmus.isolation import Isolation
 from ..fmus.messages import Message
 from ..fmus.pool import InstancePool

@@ -1,17 +1,19 @@
-"""Reads the faults of a scenario file."""
+"""Reads the faults of a scenario file, and checks them against the steps of the components they lead to."""
 
 import difflib
 import math
 from collections.abc import Mapping
 
+from ..coupling.coupling import Coupling
 from ..model.signals import Signal
-from ..reading.problems import Place
+from ..model.system import System
+from ..reading.problems import Place, Problems
 from ..reading.toml import shown
 from ..values.conversion import Conversion
 from ..values.ssp_types import family
 from ..values.transformation import Items
 from ..values.written import cannot_travel, in_vector
-from .plan import Fault, point_of
+from .plan import Fault, Scenario, point_of
 from .scenario_entries import Entries, typed
 from .targets import RULES, End, objections, signal_type
 
@@ -184,3 +186,23 @@ class FaultEntries(Entries):
         elif first == last:
             self.problems.add(f"{label} begins and ends between two communication points, it would do nothing", place)
         return first, last
+
+
+def check_own_steps(system: System, coupling: Coupling, scenario: Scenario, problems: Problems) -> None:
+    """Add a problem for each fault that cannot do what it says because of the steps of the components it leads to."""
+    multiples = dict(coupling.own_steps)
+    owner = {
+        column: component.name
+        for component in system.components
+        for column, _ in enumerate(component.inputs, system.first_column[component.name])
+    }
+    for fault in scenario.faults:
+        for component in dict.fromkeys(owner[column] for column, _ in fault.targets if column in owner):
+            multiple = multiples.get(component, 1)
+            first = -(-(fault.first + 1) // multiple) * multiple - 1
+            if fault.first < fault.last <= first:
+                text = f"{fault.name} begins and ends between two steps of {component}, it would do nothing there"
+                problems.add(text, fault.place)
+            if fault.delay % multiple:
+                text = f"{fault.name}.delay = {fault.text} must be a whole multiple of the step of {component}"
+                problems.add(f"{text}, {multiple} communication steps", fault.place)
