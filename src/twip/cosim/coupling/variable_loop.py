@@ -13,6 +13,7 @@ difference divided by 2**order - 1).
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,6 @@ from ...errors import TwipError
 from ..fmus.component import ComponentError
 from ..model.system import System
 from ..model.time_grid import TimeGrid
-from ..scenario.inputs import InputSeries
 from ..values.ssp_types import family
 from .coupling import Coupling
 from .execution import Execution
@@ -35,6 +35,17 @@ _SMALLEST, _LARGEST = 0.2, 4.0
 """Limits of the change of the size from one step to the next."""
 _ROUNDING = 1e-9
 """Share of a step by which it may miss the next event and count as reaching it."""
+
+
+class DrivenInputs(Protocol):
+    """What the caller's inputs write at a time."""
+
+    @property
+    def columns(self) -> NDArray[np.int32]:
+        """The columns that they write (columns,)."""
+
+    def at(self, times: NDArray[np.float64], step_size: float) -> NDArray[np.float64]:
+        """Return the values (len(times), columns) in the steps of `step_size` that begin at `times`, in s."""
 
 
 def state_outputs(system: System, driven: NDArray[np.int32]) -> NDArray[np.int64]:
@@ -57,7 +68,7 @@ def state_outputs(system: System, driven: NDArray[np.int32]) -> NDArray[np.int64
 class VariableLoop:
     """Runs steps of variable size, each of them a plain or an iterated one."""
 
-    def __init__(self, execution: Execution, grid: TimeGrid, coupling: Coupling, system: System, inputs: InputSeries):
+    def __init__(self, execution: Execution, grid: TimeGrid, coupling: Coupling, system: System, inputs: DrivenInputs):
         if coupling.control is None:
             raise ValueError("the coupling has no step control")
         self.time = grid.start
