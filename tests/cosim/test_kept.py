@@ -35,7 +35,7 @@ def run(path, **options):
         table = Table(loaded.channels)
         simulate(loaded, sinks=[table], step_size=0.5, loop="python", **options)
         fmu = loaded.components[0].fmu
-        unpacked = loaded.unpacked(fmu, pytest.fail)
+        unpacked = loaded.unpacked.folder(fmu, pytest.fail)
         assert unpacked.is_dir()
         return unpacked, fmu, table.events
 
@@ -105,7 +105,7 @@ def test_without_a_usable_cache_the_run_unpacks_for_itself_and_says_so(path, tmp
     with load(path) as loaded:
         table = Table(loaded.channels)
         simulate(loaded, sinks=[table], step_size=0.5)
-        unpacked = loaded.unpacked(loaded.components[0].fmu, pytest.fail)
+        unpacked = loaded.unpacked.folder(loaded.components[0].fmu, pytest.fail)
         assert unpacked.is_relative_to(loaded.workspace.path)
         assert not (unpacked / MARKER).exists()
     assert not unpacked.exists()
@@ -122,7 +122,7 @@ def test_an_fmu_that_is_a_folder_is_copied_for_the_run_only(folder, cache):
     path = write(folder, system([component("m", "Mixed")]))
     with load(path) as loaded:
         simulate(loaded, step_size=0.5)
-        assert loaded.unpacked(loaded.components[0].fmu, pytest.fail).is_relative_to(loaded.workspace.path)
+        assert loaded.unpacked.folder(loaded.components[0].fmu, pytest.fail).is_relative_to(loaded.workspace.path)
     assert not cache.exists()
 
 
@@ -142,7 +142,7 @@ def test_after_a_fatal_failure_this_process_leaves_the_folder_alone(folder, cach
     with load(path) as loaded:
         table = Table(loaded.channels)
         assert simulate(loaded, sinks=[table], step_size=0.5).steps == 2
-        unpacked = loaded.unpacked(loaded.components[0].fmu, pytest.fail)
+        unpacked = loaded.unpacked.folder(loaded.components[0].fmu, pytest.fail)
         assert unpacked.is_relative_to(loaded.workspace.path)
     assert table.events == []
     assert len(kept(cache)) == 1
@@ -153,7 +153,7 @@ def test_processes_that_unpack_at_once_share_one_whole_folder(path, folder, cach
         "import sys\nfrom twip.cosim import load, simulate\n"
         "with load(sys.argv[1]) as loaded:\n    sys.stdin.readline()\n"
         "    simulate(loaded, step_size=0.5, loop='python')\n"
-        "    print(loaded.unpacked(loaded.components[0].fmu, print))"
+        "    print(loaded.unpacked.folder(loaded.components[0].fmu, print))"
     )
     edit_fmu(
         folder / "CosimMixed.fmu", folder / "large.fmu", files={f"resources/{i}": bytes(10_000) for i in range(300)}

@@ -3,11 +3,11 @@
 import pathlib
 from collections.abc import Callable
 from collections.abc import Mapping as MappingType
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
-from ..fmus.fmu_cache import NotKeptError, abandon, keep
-from ..reading.archive import Workspace, unpack
+from ..reading.archive import Workspace
 from ..reading.arguments import by_name
 from ..reading.problems import Problems
 from ..ssp.parameters import Assignments
@@ -82,6 +82,16 @@ class OpenConnector:
     """A fed input (the destination) whose start value it shows while nobody drives it."""
 
 
+class FmuFolders(Protocol):
+    """Where the unpacked FMUs of a system are; all instances in the system share them."""
+
+    def folder(self, fmu: Fmu, tell: Callable[[str], None]) -> pathlib.Path:
+        """Return the folder that holds the unpacked FMU; `tell` is told what the user should know of it."""
+
+    def forget(self, folder: pathlib.Path) -> None:
+        """Unpack an FMU anew next time: its library in `folder` has failed beyond repair."""
+
+
 @dataclass
 class System:
     """A system that has passed every check. The recorded columns are those of `channels`, in order."""
@@ -101,9 +111,9 @@ class System:
     """What is odd, yet allowed by the standard."""
     sources: dict[str, dict[str, str]]
     workspace: Workspace
+    unpacked: FmuFolders
     assignments: Assignments
     """Where the start values come from; further ones go on top."""
-    _unpacked: dict[pathlib.Path, pathlib.Path] = field(default_factory=dict)
 
     @cached_property
     def columns(self) -> list[str]:
@@ -151,37 +161,6 @@ class System:
             sources={**self.sources, "start values": told} if told else self.sources,
             assignments=assignments,
         )
-
-    def unpacked(self, fmu: Fmu, tell: Callable[[str], None]) -> pathlib.Path:
-        """Return the folder that holds the unpacked FMU, kept for later runs if possible; else `tell` is told why not.
-
-        All instances in the system share it. Raises `TwipError`.
-        """
-        if fmu.path not in self._unpacked:
-            try:
-                folder = self._copied(fmu) if fmu.path.is_dir() else keep(fmu)
-            except NotKeptError as reason:
-                if str(reason):
-                    tell(str(reason))
-                folder = self.workspace.folder(fmu.model_identifier)
-                unpack(fmu.path, folder, fmu.name)
-            self._unpacked[fmu.path] = folder
-        return self._unpacked[fmu.path]
-
-    def _copied(self, fmu: Fmu) -> pathlib.Path:
-        """Copy an FMU that is a folder."""
-        folder = self.workspace.folder(fmu.model_identifier)
-        for file in fmu.path.rglob("*"):
-            if file.is_file():
-                target = folder / file.relative_to(fmu.path)
-                target.parent.mkdir(parents=True, exist_ok=True)
-                target.write_bytes(file.read_bytes())
-        return folder
-
-    def forget(self, folder: pathlib.Path) -> None:
-        """Unpack an FMU anew next time: its library in `folder` has failed beyond repair."""
-        abandon(folder)
-        self._unpacked = {path: unpacked for path, unpacked in self._unpacked.items() if unpacked != folder}
 
     def provenance(self) -> dict[str, dict[str, str]]:
         """Return what a log needs to say where its numbers come from: a mapping of names to mappings of text."""

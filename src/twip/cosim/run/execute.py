@@ -74,6 +74,6 @@ def _free(run: RunState) -> None:
         for instance in run.instances:
             closing.callback(run.pool.give_back, instance, run.completed)
     for folder in run.dead:
-        run.system.forget(folder)
+        run.system.unpacked.forget(folder)
     run.tell_refusals()
     run.delivery.tell()

@@ -19,7 +19,7 @@ from .run_state import RunState
 def start(run: RunState) -> Execution | None:
     """Bring all components to where the run begins and deliver the row there; None when interrupted before."""
     system, grid = run.system, run.grid
-    folders = [system.unpacked(c.fmu, lambda why: run.say("warning", why)) for c in system.components]
+    folders = [system.unpacked.folder(c.fmu, lambda why: run.say("warning", why)) for c in system.components]
     _announce(run, folders)
     ports = _instantiate(run, folders)
     if ports is None:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping
 
+from ..fmus.unpacked import UnpackedFmus
 from ..model.algorithm_problems import find_problems
 from ..model.fmu import Fmu
 from ..model.signals import TIME, Channel, Signal, columns
@@ -99,7 +100,7 @@ class _Assembly:
         return None if self.problems else System(
             self.description.name, file, tuple(components), tuple(channels), tuple(copies), tuple(opened),
             self._parameter_links(index), self.description.experiment, tuple(self.problems.warnings),
-            sources, workspace, self.assignments,
+            sources, workspace, UnpackedFmus(workspace), self.assignments,
         )  # fmt: skip
 
     def _component(self, path: str, fmu: Fmu) -> Component:
