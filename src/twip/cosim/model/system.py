@@ -9,11 +9,9 @@ from typing import Protocol
 
 from ..reading.archive import Workspace
 from ..reading.arguments import by_name
-from ..reading.problems import Problems
-from ..ssp.parameters import Assignments
 from ..values.conversion import Conversion
-from ..values.names import full_name
-from ..values.transformation import Mapping
+from ..values.names import Key, full_name
+from ..values.transformation import Items, Mapping
 from ..values.units import Affine
 from ..values.variable import Variable
 from ..values.written import StartValue, Value
@@ -92,6 +90,20 @@ class FmuFolders(Protocol):
         """Unpack an FMU anew next time: its library in `folder` has failed beyond repair."""
 
 
+class GivenValues(Protocol):
+    """The values that the system's description, parameter sets and the caller give."""
+
+    @property
+    def connectors(self) -> MappingType[Key, float]:
+        """Values given to connectors of systems, in the connector's unit."""
+
+    def of(self, path: str) -> tuple[StartValue, ...]:
+        """Return the start values of the component at a dotted path."""
+
+    def further(self, values: MappingType[str, Value]) -> "GivenValues":
+        """Return these with `values` by `component.variable` on top. Raises `TwipError` with one line per problem."""
+
+
 @dataclass
 class System:
     """A system that has passed every check. The recorded columns are those of `channels`, in order."""
@@ -106,13 +118,15 @@ class System:
     """From component outputs and open connectors to component inputs and to the other connectors."""
     open_connectors: tuple[OpenConnector, ...]
     parameter_links: tuple[ParameterLink, ...]
+    connector_types: MappingType[int, tuple[str, Items]]
+    """Of the columns of systems' connectors: the type as it is declared, and the items of an enumeration."""
     experiment: Experiment
     warnings: tuple[str, ...]
     """What is odd, yet allowed by the standard."""
     sources: dict[str, dict[str, str]]
     workspace: Workspace
     unpacked: FmuFolders
-    assignments: Assignments
+    given: GivenValues
     """Where the start values come from; further ones go on top."""
 
     @cached_property
@@ -144,22 +158,16 @@ class System:
         It shares files and unpacked FMUs with this one and costs less than a millisecond. Raises `TwipError` with one
         line per problem.
         """
-        problems = Problems()
-        assignments = self.assignments.continued(problems)
-        assignments.apply_values(by_name("start_values", start_values))
-        assignments.check_connected()
-        assignments.check_ranges()
-        assignments.check_arrays()
-        problems.raise_any()
+        given = self.given.further(by_name("start_values", start_values))
         names = self.columns
-        given = {full_name(key): value for key, value in assignments.connectors.items()}
+        shown = {full_name(key): value for key, value in given.connectors.items()}
         told = self.sources.get("start values", {}) | {name: str(value) for name, value in start_values.items()}
         return replace(
             self,
-            components=tuple(replace(c, start_values=assignments.of(c.name)) for c in self.components),
-            open_connectors=tuple(replace(o, start=given.get(names[o.column])) for o in self.open_connectors),
+            components=tuple(replace(c, start_values=given.of(c.name)) for c in self.components),
+            open_connectors=tuple(replace(o, start=shown.get(names[o.column])) for o in self.open_connectors),
             sources={**self.sources, "start values": told} if told else self.sources,
-            assignments=assignments,
+            given=given,
         )
 
     def provenance(self) -> dict[str, dict[str, str]]:

@@ -56,15 +56,7 @@ def signal_type(system: System, column: int) -> tuple[str, Items]:
     variable = system.variables.get(column)
     if variable is not None:
         return variable.type, variable.items
-    wiring = system.assignments.wiring
-    key, signal = next(
-        (channel.component, channel.signals[column - first])
-        for channel, first in ((c, system.first_column[c.component]) for c in system.channels)
-        if first <= column < first + len(channel.signals)
-    )
-    port = wiring.ports[key, signal.name]
-    type_, items = wiring.type_of(port)
-    return (signal.type if type_ is None else type_), items
+    return system.connector_types[column]
 
 
 def ends_of(system: System, column: int) -> tuple[End, ...]:

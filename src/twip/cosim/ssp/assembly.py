@@ -12,6 +12,7 @@ from ..reading.archive import Workspace
 from ..reading.problems import Place, Problems
 from ..values.names import Key, full_name
 from ..values.ssp_types import family
+from ..values.transformation import Items
 from ..values.variable import RECORDED_TYPES
 from ..values.written import cannot_travel, parse_value
 from .links import Link, Port
@@ -97,11 +98,24 @@ class _Assembly:
         algorithm = self.description.experiment.algorithm
         for problem, key in find_problems(algorithm, components, copies, names):
             self.problems.add(problem, algorithm.places.get(key))
-        return None if self.problems else System(
-            self.description.name, file, tuple(components), tuple(channels), tuple(copies), tuple(opened),
-            self._parameter_links(index), self.description.experiment, tuple(self.problems.warnings),
-            sources, workspace, UnpackedFmus(workspace), self.assignments,
-        )  # fmt: skip
+        if self.problems:
+            return None
+        return System(
+            name=self.description.name,
+            file=file,
+            components=tuple(components),
+            channels=tuple(channels),
+            copies=tuple(copies),
+            open_connectors=tuple(opened),
+            parameter_links=self._parameter_links(index),
+            connector_types=self._connector_types(channels, index),
+            experiment=self.description.experiment,
+            warnings=tuple(self.problems.warnings),
+            sources=sources,
+            workspace=workspace,
+            unpacked=UnpackedFmus(workspace),
+            given=self.assignments,
+        )
 
     def _component(self, path: str, fmu: Fmu) -> Component:
         """Return a component; what is connected and neither input nor output is recorded and read as an output."""
@@ -140,6 +154,16 @@ class _Assembly:
                 continue
             found.append(ParameterLink(key[0], target, index[link.source.key], link.conversion, link.label))
         return tuple(found)
+
+    def _connector_types(self, channels: list[Channel], index: dict[Key, int]) -> dict[int, tuple[str, Items]]:
+        """Return, for the columns of connectors, the type as it is declared and the items of an enumeration."""
+        recorded = [signal.type for channel in channels for signal in channel.signals]
+        found = {}
+        for key, port in self.wiring.ports.items():
+            if port.variable is None and key in index:
+                type_, items = self.wiring.type_of(port)
+                found[index[key]] = (recorded[index[key]] if type_ is None else type_, items)
+        return found
 
     def _used_by(self, key: Key) -> tuple[str, ...]:
         """Return the components that take the value of a component input or of an inner system's input."""

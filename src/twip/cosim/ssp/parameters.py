@@ -63,12 +63,21 @@ class Assignments(Assigned):
                 for known in self.punned.names.get(key[0], (key[0],)):
                     self._names.setdefault(full_name((known, key[1])), []).append((key, port))
 
-    def continued(self, problems: Problems) -> "Assignments":
-        """Return assignments that begin with these and may take more, with `problems` of their own."""
+    def further(self, values: Mapping[str, Value]) -> "Assignments":
+        """Return these with `values` by `component.variable` on top. Raises `TwipError` with one line per problem."""
         more = copy.copy(self)
-        more.problems, more.callers = problems, {}
+        more.problems, more.callers = Problems(), {}
         more.variables, more.connectors = dict(self.variables), dict(self.connectors)
+        more.apply_values(values)
+        more.check()
+        more.problems.raise_any()
         return more
+
+    def check(self) -> None:
+        """Report what is wrong with all values together."""
+        self.check_connected()
+        self.check_ranges()
+        self.check_arrays()
 
     @cached_property
     def shapes(self) -> dict[str, Shape]:

@@ -73,9 +73,7 @@ def parametrize(
         problems.add(f"values of {names} were not checked: the FMU cannot be read")
     if start_values:
         sources["start values"] = {name: str(value) for name, value in start_values.items()}
-    assignments.check_connected()
-    assignments.check_ranges()
-    assignments.check_arrays()
+    assignments.check()
     return assignments
 
 
