@@ -26,6 +26,19 @@ ALLOWED = {
     "commands": {"twip", "numpy", "rich"},
 }
 """Per layer, what a module may import besides the standard library."""
+FLOORS = (
+    ("reading",),
+    ("values",),
+    ("model",),
+    ("fmus", "log"),
+    ("ssp", "coupling"),
+    ("swap", "scenario"),
+    ("run",),
+    ("load", "simulate", "overview"),
+)
+"""The folders and top modules of `cosim`, from the lowest floor up: each imports from floors below its own only."""
+FLOOR = {part: floor for floor, parts in enumerate(FLOORS) for part in parts}
+COSIM = ROOT / "src" / "twip" / "cosim"
 
 
 def imports(path: Path, package: str) -> list[tuple[str, int]]:
@@ -49,6 +62,27 @@ def forbidden(path: Path, package: str, allowed: set[str]) -> list[tuple[str, in
     return [(name, line) for name, line in found if name.split(".")[0] not in STANDARD and not within(name, allowed)]
 
 
+def parts_imported(text: str, package: str) -> set[str]:
+    """Return the parts of `cosim` that a module's text imports from."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            names = [".".join([*base, *(node.module or "").split("."), alias.name]) for alias in node.names]
+        else:
+            continue
+        inside = [name.replace("..", ".").split(".") for name in names]
+        found |= {name[2] for name in inside if name[:2] == ["twip", "cosim"] and len(name) > 2}
+    return found
+
+
+def upwards(text: str, part: str, package: str) -> set[str]:
+    """Return the parts that `part` imports from, in a module of `package`, though they do not stand below it."""
+    return {other for other in parts_imported(text, package) if other != part and FLOOR[other] >= FLOOR[part]}
+
+
 def package_of(path: Path) -> str:
     return ".".join(path.relative_to(ROOT / "src").parent.parts)
 
@@ -58,6 +92,29 @@ def test_layer_imports_only_what_it_may(path):
     layer = path.relative_to(ROOT / "src" / "twip").parts[0]
     optional = {"numba", "numpy"} if path.name == "kernel.py" else set()
     assert not forbidden(path, package_of(path), ALLOWED[layer] | optional)
+
+
+@pytest.mark.parametrize("path", sorted(COSIM.rglob("*.py")), ids=lambda p: p.relative_to(COSIM).as_posix())
+def test_a_folder_of_the_master_imports_only_what_stands_below_it(path):
+    part = path.relative_to(COSIM).with_suffix("").parts[0]
+    if part == "__init__":
+        return  # what callers use
+    assert not upwards(path.read_text(encoding="utf-8"), part, package_of(path))
+
+
+def test_an_import_that_runs_upwards_is_seen():
+    package = "twip.cosim.model"
+    assert upwards("from ..ssp.links import Link", "model", package) == {"ssp"}
+    assert upwards("from twip.cosim import load, values", "model", package) == {"load"}
+    assert upwards("from .. import run", "model", package) == {"run"}
+    assert upwards("import twip.cosim.log.playback", "model", package) == {"log"}
+    assert upwards("from ..log import log_event", "fmus", "twip.cosim.fmus") == {"log"}
+    assert not upwards("from ..values.units import Unit\nfrom .signals import Signal", "model", package)
+
+
+def test_every_part_of_the_master_has_a_floor():
+    parts = {p.stem for p in COSIM.iterdir() if p.suffix == ".py" or (p / "__init__.py").is_file()} - {"__init__"}
+    assert parts == set(FLOOR)
 
 
 @pytest.mark.parametrize("path", FACES, ids=lambda p: p.stem)
