@@ -1,6 +1,5 @@
 """Reads a log back, finished or left by a killed run: `read("logs/demo.mcap")["plant.pitch"]` is one signal."""
 
-import difflib
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from twip.cosim.log import log_event, log_texts
 
 from ...errors import TwipError
 from ..model.signals import Channel, columns
+from ..reading.wording import nearest
 from ..values.strings import number_of
 from .log_file import Attachment
 from .log_open import bytes_of, damage_told
@@ -207,5 +207,5 @@ def _events(bodies: list[NDArray[np.uint8]], start_time: float) -> list[Event]:
 
 
 def _suggestion(name: str, known: Mapping[str, object]) -> str:
-    near = difflib.get_close_matches(name, known, 3)
+    near = nearest(name, known, 3)
     return f"; near: {', '.join(near)}" if near else ""

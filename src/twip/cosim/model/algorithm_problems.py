@@ -1,9 +1,9 @@
 """What of an algorithm a system cannot do, apart from what depends on the times of a run."""
 
-import difflib
 import math
 from collections.abc import Iterator, Sequence
 
+from ..reading.wording import did_you_mean
 from ..values.ssp_types import family
 from .algorithm import COUPLINGS, Algorithm
 from .system import Component, Copy
@@ -36,7 +36,7 @@ def _mid_step_problem(
     """Return why the input `name` (`component.variable`) cannot be taken at the middle of a step, or nothing."""
     inputs = {f"{c.name}.{v.name}": v for c in components for v in c.inputs}
     if name not in inputs:
-        return f"there is no input {name}{_near(name, list(inputs))}"
+        return f"there is no input {name}{did_you_mean(name, list(inputs))}"
     if family(inputs[name].recorded_type) != "Real" or inputs[name].variability != "continuous":
         return f"input {name} is not continuous and cannot be taken at the middle of a step"
     if columns.index(name) not in {copy.destination for copy in copies}:
@@ -50,7 +50,7 @@ def _order_problems(algorithm: Algorithm, names: list[str]) -> Iterator[Problem]
         return
     for name in dict.fromkeys(order):
         if name not in names:
-            yield f"order: there is no component {name}{_near(name, names)}", ("order", name)
+            yield f"order: there is no component {name}{did_you_mean(name, names)}", ("order", name)
         elif order.count(name) > 1:
             yield f"order: component {name} is named {order.count(name)} times", ("order", name)
     if missing := [name for name in names if name not in order]:
@@ -64,7 +64,7 @@ def _own_step_problems(algorithm: Algorithm, names: list[str]) -> Iterator[Probl
     for name, size in (algorithm.own_steps or {}).items():
         place = ("own_steps", name)
         if name not in names:
-            yield f"own step: there is no component {name}{_near(name, names)}", place
+            yield f"own step: there is no component {name}{did_you_mean(name, names)}", place
         elif not (math.isfinite(size) and size > 0.0):
             yield f"own step {size!r} s of {name} must be a positive number", place
         elif algorithm.coupling == "iterated":
@@ -99,8 +99,3 @@ def _control_problems(algorithm: Algorithm) -> Iterator[Problem]:
                 f"{name.replace('_', ' ')} has a meaning with a tolerance only: without one all steps are equal",
                 (name, ""),
             )
-
-
-def _near(name: str, names: Sequence[str]) -> str:
-    close = difflib.get_close_matches(name, names, 1)
-    return f", did you mean {close[0]}?" if close else ""

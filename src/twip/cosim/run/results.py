@@ -1,7 +1,6 @@
 """What a run leaves behind: a summary, a table in memory, a CSV file."""
 
 import csv
-import difflib
 import io
 import os
 from collections.abc import Callable, Sequence
@@ -18,6 +17,7 @@ from ..fmus.messages import Message
 from ..log.log_event import clean
 from ..log.sole_file import InUseError, SoleFile
 from ..model.signals import TIME, Channel, columns
+from ..reading.wording import nearest
 from ..values.ssp_types import family
 from ..values.strings import text_of
 from .pace import RealTime
@@ -87,7 +87,7 @@ class Table:
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the values of a column (rows,): float64, or the texts of a String. Raises `TwipError`."""
         if name not in self._index:
-            near = difflib.get_close_matches(name, self.columns, 3)
+            near = nearest(name, self.columns, 3)
             raise TwipError(f"there is no column {name}" + (f"; near: {', '.join(near)}" if near else ""))
         i = self._index[name]
         found = np.concatenate([np.zeros(0), *(rows[:, i] for rows in self._rows)])

@@ -1,6 +1,5 @@
 """Reads the faults of a scenario file, and checks them against the steps of the components they lead to."""
 
-import difflib
 import math
 from collections.abc import Mapping
 
@@ -9,6 +8,7 @@ from ..model.signals import Signal
 from ..model.system import System
 from ..reading.problems import Place, Problems
 from ..reading.toml import shown
+from ..reading.wording import did_you_mean
 from ..values.conversion import Conversion
 from ..values.ssp_types import family
 from ..values.transformation import Items
@@ -106,10 +106,7 @@ class FaultEntries(Entries):
         carrying = {c.source for c in copies} | {i for c in self.system.components for i in self._inputs_of(c.name)}
         if not isinstance(name, str) or name not in self.names:
             known = [self.names[i] for i in sorted(carrying)]
-            close = difflib.get_close_matches(str(name), known, 1)
-            self.problems.add(
-                f"{label}: there is no signal {name}" + (f", did you mean {close[0]}?" if close else ""), place
-            )
+            self.problems.add(f"{label}: there is no signal {name}{did_you_mean(str(name), known)}", place)
             return 0, ()
         column = self.names.index(name)
         opened = {connector.column for connector in self.system.open_connectors}

@@ -8,7 +8,6 @@ time are a jump: the second counts from that time on.
 """
 
 import csv
-import difflib
 import os
 import pathlib
 from collections.abc import Sequence
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from ..model.system import System
 from ..reading.files import is_endless
 from ..reading.problems import Place, Problems
+from ..reading.wording import did_you_mean
 from ..values.ssp_types import family
 from ..values.written import cannot_travel, in_vector, parse_value
 from .targets import RULES, Target, ends_of, objections, signal_type
@@ -180,8 +180,7 @@ def find_target(system: System, name: str) -> Target | str:
     signals = [signal for channel in system.channels for signal in channel.signals]
     if name not in names:
         inputs = [n for n, s in zip(names, signals, strict=True) if s.causality == "input"]
-        close = difflib.get_close_matches(name, inputs, 1)
-        return f"there is no input {name}" + (f", did you mean {close[0]}?" if close else "")
+        return f"there is no input {name}{did_you_mean(name, inputs)}"
     column = names.index(name)
     if signals[column].causality != "input":
         return f"{name} is not an input"

@@ -1,12 +1,12 @@
 """What the readers of a scenario file's entries share."""
 
-import difflib
 from collections.abc import Mapping, Set
 
 from ..model.system import System
 from ..model.time_grid import TimeGrid
 from ..reading.problems import Problems
 from ..reading.toml import TomlFile, number, shown
+from ..reading.wording import did_you_mean
 from ..values.written import Value, parse_value
 
 
@@ -26,8 +26,7 @@ class Entries:
     def known(self, table: Mapping[str, object], known: Set[str], name: str = "", index: int = 0) -> None:
         """Report keys of a table that have no meaning."""
         for key in sorted(table.keys() - known):
-            close = difflib.get_close_matches(key, sorted(known), 1)
-            hint = f", did you mean {close[0]}?" if close else f": there are {', '.join(sorted(known))}"
+            hint = did_you_mean(key, sorted(known), f": there are {', '.join(sorted(known))}")
             where = f"{name}[{index}].{key}" if name else key
             self.problems.add(f"unknown key {where}{hint}", self.file.place(name, index, key))
 

@@ -1,7 +1,6 @@
 """Reads scenario files (TOML; docs/scenarios.md), every entry checked against the system and the times of the run."""
 
 import dataclasses
-import difflib
 import os
 import pathlib
 from collections.abc import Mapping
@@ -11,6 +10,7 @@ from ..model.time_grid import TimeGrid
 from ..reading.files import is_special
 from ..reading.problems import Problems
 from ..reading.toml import TomlFile, number, shown
+from ..reading.wording import did_you_mean
 from ..values.types import rule
 from ..values.written import StartValue, cannot_travel, in_vector, out_of_range
 from .fault_entries import FaultEntries
@@ -143,9 +143,7 @@ class _Reader(Entries):
         }
         if not isinstance(name, str) or name not in known:
             tunable = [n for n, (_, v) in known.items() if v.causality == "parameter" and v.variability == "tunable"]
-            close = difflib.get_close_matches(str(name), tunable, 1)
-            hint = f", did you mean {close[0]}?" if close else ""
-            self.problems.add(f"parameters[{index}]: unknown parameter {name}{hint}", place)
+            self.problems.add(f"parameters[{index}]: unknown parameter {name}{did_you_mean(str(name), tunable)}", place)
             return None
         component, variable = known[name]
         if variable.type not in RULES:

@@ -1,12 +1,12 @@
 """The FMUs of a system's components, each file read once."""
 
-import difflib
 import pathlib
 from collections.abc import Mapping
 
 from ..fmus.description import read_fmu
 from ..model.fmu import Fmu
 from ..reading.problems import Place, Problems
+from ..reading.wording import did_you_mean
 from .structure import DEFINITION, FMU, PACKAGE, ComponentElement
 
 
@@ -15,8 +15,7 @@ def read_fmus(
 ) -> dict[str, Fmu | None]:
     """Return the FMU of each component by dotted path, None where it is unusable; `swap` replaces some by others."""
     for name in sorted(swap.keys() - components.keys()):
-        close = difflib.get_close_matches(name, components, 1)
-        problems.add(f"there is no component {name} to swap" + (f", did you mean {close[0]}?" if close else ""))
+        problems.add(f"there is no component {name} to swap{did_you_mean(name, components)}")
     known: dict[pathlib.Path, Fmu | None] = {}
     found: dict[str, Fmu | None] = {}
     for path, element in components.items():

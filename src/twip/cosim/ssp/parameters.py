@@ -6,14 +6,13 @@ description names and nobody has is ignored, with a warning; what the caller nam
 
 import copy
 import dataclasses
-import difflib
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..model.fmu import Fmu
 from ..reading.problems import Place, Problems
-from ..reading.wording import some_of
+from ..reading.wording import did_you_mean, some_of
 from ..values.names import Key, full_name
 from ..values.shapes import Shape, shapes_of
 from ..values.units import Unit
@@ -124,8 +123,7 @@ class Assignments(Assigned):
         if not matches and scope.from_caller and self.is_unreadable(scope, name):
             self.unchecked[name] = None
         elif not matches and scope.from_caller:
-            close = difflib.get_close_matches(name, self._names, 1)
-            self.problems.add(f"unknown parameter {name}" + (f", did you mean {close[0]}?" if close else ""), place)
+            self.problems.add(f"unknown parameter {name}{did_you_mean(name, self._names)}", place)
         return matches
 
     def check_arrays(self) -> None:

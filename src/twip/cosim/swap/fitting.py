@@ -4,12 +4,12 @@ An array connector is one port: the FMU's array has its shape, and every element
 """
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 
 from ..model.fmu import Fmu
 from ..reading.problems import Problems
+from ..reading.wording import nearest
 from ..ssp.arrays import MAXIMUM_SIZE
 from ..ssp.structure import ComponentElement, Connector, SystemElement, system_around
 from ..values.shapes import Shape, indices, shape_text
@@ -249,5 +249,5 @@ def _names(fmu: Fmu) -> set[str]:
 
 
 def _hint(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, sorted(known), 1)
+    close = nearest(name, sorted(known))
     return f" (there is {close[0]})" if close else ""

@@ -1,10 +1,10 @@
 """The columns of a bench log: which signal holds what, in which unit."""
 
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import pi
 
+from ...cosim.reading.wording import nearest
 from ...errors import TwipError
 
 UNITS: Mapping[str, Mapping[str, float]] = {
@@ -56,7 +56,7 @@ class Columns:
         if quantity in self.given:
             wanted, unit = parse_column(quantity, self.given[quantity])
             if wanted not in plain and wanted not in plain.values():
-                near = difflib.get_close_matches(wanted, plain, 1)
+                near = nearest(wanted, plain)
                 hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(list(plain)[:8])}"
                 raise TwipError(f"{place}: there is no column {wanted!r}, {hint} (--{quantity})")
             name = plain.get(wanted, wanted)

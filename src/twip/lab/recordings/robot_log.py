@@ -1,6 +1,5 @@
 """Time series from an MCAP file of any robot: JSON, protobuf, or ROS 2 messages, each signal `topic.field`."""
 
-import difflib
 import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...cosim.log.log_open import DECODING_ERRORS, bytes_of, damage_told, reason_of
 from ...cosim.log.log_scan import BODY_HEAD, DamagedError, Scan, scan
+from ...cosim.reading.wording import nearest
 from ...errors import TwipError
 from . import protobuf, ros2
 from .fields import MOST_LISTED, Steps, listed, locate, pick
@@ -98,7 +98,7 @@ class RobotLog:
     def _hint(self, name: str) -> str:
         topics = [topic for topic in self.topics if _within(name, topic)]
         known = [field for topic in topics for field in self.fields(topic)]
-        near = difflib.get_close_matches(name, known, 3) or known[:8]
+        near = nearest(name, known, 3) or known[:8]
         return f"near: {', '.join(near)}" if near else self.overview()
 
     def _read(self, topic: str, paths: Mapping[str, str]) -> dict[str, Series]:

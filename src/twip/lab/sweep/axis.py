@@ -9,7 +9,6 @@ As text, an axis is its label and one of
     x0.5:2:4            (x before any of these) multiples of the value that the variable would start with
 """
 
-import difflib
 import math
 import re
 from collections.abc import Sequence
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from ...cosim.reading.arguments import names
+from ...cosim.reading.wording import did_you_mean
 from ...cosim.values.written import Value
 from ...errors import TwipError
 
@@ -52,8 +52,7 @@ class Distribution:
         found = getattr(stats, name, None)
         if not isinstance(found, stats.rv_continuous | stats.rv_discrete):
             known = [n for n, d in vars(stats).items() if isinstance(d, stats.rv_continuous | stats.rv_discrete)]
-            close = difflib.get_close_matches(name, known, 1)
-            hint = f", did you mean {close[0]}?" if close else ""
+            hint = did_you_mean(name, known)
             raise TwipError(f"{self.text}: scipy.stats has no distribution {match[1]}{hint}")
         positional: list[float] = []
         named: dict[str, float] = {}

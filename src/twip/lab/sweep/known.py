@@ -1,10 +1,10 @@
 """What can be asked of a sweep: told by its plan before the first run, by its Parquet file afterwards."""
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ...cosim.reading.wording import did_you_mean
 from ...cosim.values.written import Value
 from ...errors import TwipError
 from .measures import Judge
@@ -81,8 +81,7 @@ class Known:
             return [] if self.judged else ["the sweep has no conditions, so no run passes or fails"]
         if name in (*self.metrics, *self.axes, "seed") or not self.complete:
             return []
-        close = difflib.get_close_matches(name, self.metrics, 1)
-        hint = f", did you mean {close[0]}?" if close else f"; there are {', '.join((*self.metrics, SUCCESS))}"
+        hint = did_you_mean(name, self.metrics, f"; there are {', '.join((*self.metrics, SUCCESS))}")
         return [f"the sweep has no metric {name}{hint}"]
 
     def ranking_problems(self, metric: str) -> list[str]:

@@ -1,6 +1,5 @@
 """How a run is judged: numbers by name or by a user's function, and the conditions that make it a success."""
 
-import difflib
 import importlib.util
 import math
 import operator
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...cosim.reading.wording import did_you_mean
 from ...cosim.run.results import Table
 from ...errors import TwipError
 from ..metrics import METRICS, is_robot, measure
@@ -131,8 +131,7 @@ class Judge:
         """Return what is wrong with conditions that name none of the metrics."""
         problems = []
         for name in dict.fromkeys(c.metric for c in self.conditions if c.metric not in metrics):
-            close = difflib.get_close_matches(name, metrics, 1)
-            hint = f", did you mean {close[0]}?" if close else f"; there are {', '.join(metrics)}"
+            hint = did_you_mean(name, metrics, f"; there are {', '.join(metrics)}")
             problems.append(f"condition on {name}: there is no such metric{hint}")
         return problems
 
@@ -175,14 +174,11 @@ def _measure(name: str, columns: Sequence[str], robot: bool) -> Callable[[Table]
     kind, colon, signal = name.partition(":")
     if colon and kind in REDUCTIONS:
         if signal not in columns:
-            close = difflib.get_close_matches(signal, columns, 1)
-            hint = f", did you mean {close[0]}?" if close else ""
-            raise TwipError(f"metric {name}: there is no signal {signal}{hint}")
+            raise TwipError(f"metric {name}: there is no signal {signal}{did_you_mean(signal, columns)}")
         reduce = REDUCTIONS[kind]
         return lambda table: reduce(table[signal])
     known = [*METRICS, "fallen", ROBOT] if robot else []
-    close = difflib.get_close_matches(name, known, 1)
-    hint = f", did you mean {close[0]}?" if close else f": one of {', '.join(REDUCTIONS)}, a colon and a signal"
+    hint = did_you_mean(name, known, f": one of {', '.join(REDUCTIONS)}, a colon and a signal")
     raise TwipError(f"unknown metric {name}{hint}")
 
 
