@@ -103,7 +103,7 @@ def _load(
         sources["system"]["ssd"] = file.name
     top = description.system
     References(workspace, problems).expand(top, ((str(file.resolve()), file.name),))
-    punned = tell_apart(top, problems)
+    duplicates = tell_apart(top, problems)
     components = components_of(top)
     if not components:
         problems.add(f"system {top.name} has no components", top.place)
@@ -113,7 +113,7 @@ def _load(
     wiring = wire(top, fmus, components, problems)
     swaps.refuse_loops(wiring, fmus)
     sound = not problems
-    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.variables, punned)
+    assignments = parametrize(top, fmus, wiring, files, values, sources, problems, swaps.variables, duplicates)
     system = assemble(description, fmus, wiring, assignments, sources, problems, workspace) if sound else None
     return system, problems
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fmus.messages import Message
-from ..fmus.protocols import PortsFace
+from ..fmus.protocols import AnyPorts
 from ..model.schedule import Schedule
 from ..model.time_grid import TimeGrid
 from ..model.vector import Vector
@@ -18,7 +18,7 @@ class Execution:
     """The plan and the values of a run, shared by every loop that may continue it."""
 
     schedule: Schedule
-    ports: Sequence[PortsFace]
+    ports: Sequence[AnyPorts]
     """By component, in the order of the file."""
     values: Vector
     """The row of the last finished step."""

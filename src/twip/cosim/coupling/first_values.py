@@ -6,7 +6,7 @@ as 1 / u is with u = 0. Where outputs depend on each other, the start values of 
 
 from collections.abc import Sequence
 
-from ..fmus.protocols import PortsFace
+from ..fmus.protocols import AnyPorts
 from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.vector import Vector
@@ -14,7 +14,7 @@ from .plain_step import copy_value
 from .scheduling import feedthrough_of
 
 
-def read_in_order(system: System, schedule: Schedule, ports: Sequence[PortsFace], values: Vector) -> None:
+def read_in_order(system: System, schedule: Schedule, ports: Sequence[AnyPorts], values: Vector) -> None:
     """Let every output be read once, and every input be set whose source is known by then.
 
     A copy whose table does not have its value is left to the passes that follow, as are those to connectors.
@@ -25,7 +25,7 @@ def read_in_order(system: System, schedule: Schedule, ports: Sequence[PortsFace]
 class Reading:
     """What has been read and set so far."""
 
-    def __init__(self, system: System, schedule: Schedule, ports: Sequence[PortsFace], values: Vector):
+    def __init__(self, system: System, schedule: Schedule, ports: Sequence[AnyPorts], values: Vector):
         self._system, self._schedule, self._ports, self._values = system, schedule, ports, values
         self._unread: list[dict[int, frozenset[str]]] = []
         """For each component the columns of its outputs that are not known, and the inputs they depend on."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...errors import TwipError
 from ..fmus.component import ComponentError
-from ..fmus.protocols import InstanceFace, PortsFace
+from ..fmus.protocols import AnyInstance, AnyPorts
 from ..model.schedule import Schedule
 from ..model.system import ParameterLink, System
 from ..model.vector import Vector
@@ -33,7 +33,7 @@ def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: dict[int
 
 
 def pass_parameters(
-    links: Sequence[ParameterLink], instances: Mapping[str, InstanceFace], values: Vector
+    links: Sequence[ParameterLink], instances: Mapping[str, AnyInstance], values: Vector
 ) -> list[tuple[str, str]]:
     """Set the parameters that other components calculate; return the links whose value they cannot take, and why."""
     unfit = []
@@ -58,8 +58,8 @@ def _refuse(schedule: Schedule, refused: Mapping[int, float], time: float) -> No
 def initialize(
     system: System,
     schedule: Schedule,
-    instances: Sequence[InstanceFace],
-    ports: Sequence[PortsFace],
+    instances: Sequence[AnyInstance],
+    ports: Sequence[AnyPorts],
     values: Vector,
     driven: dict[int, float],
     times: tuple[float, float],

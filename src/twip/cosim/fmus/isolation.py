@@ -105,7 +105,7 @@ class Isolation:
 
 
 class IsolatedInstance:
-    """An instance in a process of its own, with the face of both `Instance` and `Ports`."""
+    """An instance in a process of its own, with the methods of both `Instance` and `Ports`."""
 
     def __init__(
         self,

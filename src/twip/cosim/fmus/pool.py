@@ -9,7 +9,7 @@ from ..model.system import Component
 from .component import Instance
 from .instantiate import instantiate
 from .messages import Message
-from .protocols import InstanceFace
+from .protocols import AnyInstance
 
 
 class InstancePool:
@@ -39,7 +39,7 @@ class InstancePool:
         instance.serve(component, messages, dead, clock)
         return instance
 
-    def give_back(self, instance: InstanceFace, completed: bool) -> None:
+    def give_back(self, instance: AnyInstance, completed: bool) -> None:
         """Take an instance back at the end of a run; it is freed unless the run was completed and it can be reset.
 
         One in a process of its own always is.

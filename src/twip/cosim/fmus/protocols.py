@@ -8,7 +8,7 @@ from typing import Protocol
 from ..values.written import StartValue
 
 
-class InstanceFace(Protocol):
+class AnyInstance(Protocol):
     """The life cycle of an instance; what fails raises `ComponentError`."""
 
     name: str
@@ -47,7 +47,7 @@ class InstanceFace(Protocol):
         """Terminate and free; failures here are only logged."""
 
 
-class PortsFace(Protocol):
+class AnyPorts(Protocol):
     """Moves values between the value vector and an instance; what fails raises `ComponentError`.
 
     Between `set_inputs` or the `step` of the instance and the next `get_outputs` the vector must stay as it is: an
@@ -73,5 +73,5 @@ class PortsFace(Protocol):
         """Read all outputs into the vector."""
 
     @property
-    def instance(self) -> InstanceFace:
+    def instance(self) -> AnyInstance:
         """The instance."""

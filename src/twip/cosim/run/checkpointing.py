@@ -6,13 +6,13 @@ import numpy as np
 
 from ...errors import TwipError
 from ..coupling.execution import Execution
-from ..fmus.protocols import PortsFace
+from ..fmus.protocols import AnyPorts
 from ..values.strings import text_of
 from .checkpoint import Checkpoint
 from .run_state import RunState
 
 
-def restore(run: RunState, checkpoint: Checkpoint, ports: Sequence[PortsFace]) -> None:
+def restore(run: RunState, checkpoint: Checkpoint, ports: Sequence[AnyPorts]) -> None:
     """Put the states of a checkpoint into the instances, and see whether they show its values again."""
     run.clock[0] = run.time_of(run.steps)
     names = run.system.columns

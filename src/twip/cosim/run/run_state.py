@@ -16,7 +16,7 @@ from ..coupling.variable_loop import VariableSteps
 from ..fmus.isolation import Isolation
 from ..fmus.messages import Message
 from ..fmus.pool import InstancePool
-from ..fmus.protocols import InstanceFace
+from ..fmus.protocols import AnyInstance
 from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.time_grid import TimeGrid
@@ -74,7 +74,7 @@ class RunState:
     pool: InstancePool
     live: LiveInputs | None = None
     """Inputs that are set from outside; what they refuse is told in the log."""
-    instances: list[InstanceFace] = field(default_factory=list)
+    instances: list[AnyInstance] = field(default_factory=list)
     dead: set[pathlib.Path] = field(default_factory=set)
     folders: dict[pathlib.Path, str] = field(default_factory=dict)
     """Unpacked FMUs that are used in this process, and whose they are."""

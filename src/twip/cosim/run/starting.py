@@ -11,7 +11,7 @@ from ..coupling.initialization import initialize
 from ..fmus.fmu_cache import awaits_compiling
 from ..fmus.isolation import IsolatedInstance
 from ..fmus.ports import Ports
-from ..fmus.protocols import PortsFace
+from ..fmus.protocols import AnyPorts
 from .checkpointing import restore
 from .run_state import RunState
 
@@ -59,9 +59,9 @@ def start(run: RunState) -> Execution | None:
     return execution
 
 
-def _instantiate(run: RunState, folders: Sequence[pathlib.Path]) -> list[PortsFace] | None:
+def _instantiate(run: RunState, folders: Sequence[pathlib.Path]) -> list[AnyPorts] | None:
     """Make all instances, in this process or each in its own; None when interrupted before."""
-    ports: list[PortsFace] = []
+    ports: list[AnyPorts] = []
     parts = list(zip(run.system.components, folders, strict=True))
     if run.isolation is not None:
         isolated: list[IsolatedInstance] = []

@@ -12,7 +12,7 @@ from .structure import Connection, SystemElement, join
 
 
 @dataclass(frozen=True)
-class Punned:
+class DuplicatePaths:
     """How elements are called where some have been given another name; empty where none has."""
 
     around: dict[str, frozenset[str]] = field(default_factory=dict)
@@ -21,7 +21,7 @@ class Punned:
     """By path: the names that an element has as seen from these, their paths in front."""
 
 
-def tell_apart(top: SystemElement, problems: Problems) -> Punned:
+def tell_apart(top: SystemElement, problems: Problems) -> DuplicatePaths:
     """Give the elements in `top` paths of their own, with a warning for each that needs another name for it."""
     seen: set[str] = set()
     before: dict[str, str] = {}
@@ -42,7 +42,7 @@ def tell_apart(top: SystemElement, problems: Problems) -> Punned:
             seen.add(own)
             if isinstance(element, SystemElement):
                 systems.append((own, element))
-    return _names(top, before) if before else Punned()
+    return _names(top, before) if before else DuplicatePaths()
 
 
 def _renamed(connection: Connection, old: str, new: str) -> Connection:
@@ -50,8 +50,8 @@ def _renamed(connection: Connection, old: str, new: str) -> Connection:
     return dataclasses.replace(connection, start=start, end=end)
 
 
-def _names(top: SystemElement, before: dict[str, str]) -> Punned:
-    found = Punned({"": frozenset({""})}, {"": ("",)})
+def _names(top: SystemElement, before: dict[str, str]) -> DuplicatePaths:
+    found = DuplicatePaths({"": frozenset({""})}, {"": ("",)})
     systems = [("", top, [("", "")])]
     for path, system, seen_from in systems:
         for element in system.elements:

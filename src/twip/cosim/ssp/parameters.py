@@ -19,7 +19,7 @@ from ..values.units import Unit
 from ..values.variable import Variable
 from ..values.written import Value, Written, parse_value
 from .assigned import Assigned
-from .duplicate_paths import Punned
+from .duplicate_paths import DuplicatePaths
 from .links import Port
 
 
@@ -43,7 +43,7 @@ class Assignments(Assigned):
     fmus: Mapping[str, Fmu]
     before: Mapping[Key, Variable]
     """The variables that values in the system's description were written for, where others have taken their places."""
-    punned: Punned
+    duplicates: DuplicatePaths
     unreadable: Set[str] = frozenset()
     """Paths of the components whose FMU cannot be read: nobody knows their variables."""
     callers: dict[Key, Place] = field(default_factory=dict)
@@ -54,12 +54,12 @@ class Assignments(Assigned):
     def __post_init__(self) -> None:
         self._names: dict[str, list[tuple[Key, Variable | Port]]] = {}
         for path, fmu in self.fmus.items():
-            for known in self.punned.names.get(path, (path,)):
+            for known in self.duplicates.names.get(path, (path,)):
                 for variable in fmu.variables.values():
                     self._names.setdefault(f"{known}.{variable.name}", []).append(((path, variable.name), variable))
         for key, port in self.wiring.ports.items():
             if port.variable is None and not port.shared:
-                for known in self.punned.names.get(key[0], (key[0],)):
+                for known in self.duplicates.names.get(key[0], (key[0],)):
                     self._names.setdefault(full_name((known, key[1])), []).append((key, port))
 
     def further(self, values: Mapping[str, Value]) -> "Assignments":
@@ -118,8 +118,8 @@ class Assignments(Assigned):
         """Return what a name stands for; that the caller's is unknown is a problem."""
         path = scope.path
         matches = self._names.get(f"{path}.{name}" if path else name, [])
-        if self.punned.around:
-            matches = [match for match in matches if path in self.punned.around[match[0][0]]]
+        if self.duplicates.around:
+            matches = [match for match in matches if path in self.duplicates.around[match[0][0]]]
         if not matches and scope.from_caller and self.is_unreadable(scope, name):
             self.unchecked[name] = None
         elif not matches and scope.from_caller:

@@ -16,7 +16,7 @@ from ..values.names import Key
 from ..values.variable import Variable
 from ..values.written import Value
 from .bindings import fetch
-from .duplicate_paths import Punned
+from .duplicate_paths import DuplicatePaths
 from .parameter_sets import apply_set
 from .parameters import Assignments, Scope
 from .ssv import read_parameter_file
@@ -35,7 +35,7 @@ def parametrize(
     sources: Sources,
     problems: Problems,
     before: Mapping[Key, Variable],
-    punned: Punned,
+    duplicates: DuplicatePaths,
 ) -> Assignments:
     """Return what every variable is set to; the files that values come from are entered in `sources`.
 
@@ -47,7 +47,7 @@ def parametrize(
         problems=problems,
         fmus=usable,
         before=before,
-        punned=punned,
+        duplicates=duplicates,
         unreadable=fmus.keys() - usable.keys(),
     )
     scopes: list[tuple[str, ComponentElement | SystemElement]] = [*components_of(system).items()]
