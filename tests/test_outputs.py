@@ -20,7 +20,7 @@ ELSEWHERE = {
     "cosim/fmus/isolation_child.py": "a file of the kernel",
     "cosim/fmus/fmu_cache.py": "a folder that is renamed as a whole",
     "cosim/log/sole_file.py": "files that grow during a run",
-    "cosim/model/system.py": "a temporary folder",
+    "cosim/fmus/unpacked.py": "a temporary folder",
     "fmi/native/toolchain.py": "a temporary folder",
     "fmi/package.py": "a temporary folder",
     "lab/rerun_view.py": "a temporary folder",
