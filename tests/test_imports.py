@@ -15,11 +15,11 @@ STANDARD = set(sys.stdlib_module_names)
 ALLOWED = {
     "robot": {"twip.robot"},
     "fmi": {
-        *("twip.fmi", "twip.robot", "twip.errors", "twip.outputs"),
+        *("twip.fmi", "twip.robot", "twip.errors", "twip.outputs", "twip.platform"),
         *("pythonfmu", "pythonfmu3", "fmpy", "lxml", "markdown_it"),
     },
     "cosim": {
-        *("twip.cosim", "twip.errors", "twip.interrupts", "twip.outputs"),
+        *("twip.cosim", "twip.errors", "twip.interrupts", "twip.outputs", "twip.platform"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
     "lab": {"twip", "PIL", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy", "websockets"},

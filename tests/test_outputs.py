@@ -17,7 +17,7 @@ from twip.outputs import replacing, write_file
 ROOT = Path(__file__).parents[1] / "src" / "twip"
 ELSEWHERE = {
     "cli.py": "the standard output that nobody reads",
-    "cosim/fmus/isolation_child.py": "a file of the kernel",
+    "platform.py": "a file of the kernel",
     "cosim/fmus/fmu_cache.py": "a folder that is renamed as a whole",
     "cosim/log/sole_file.py": "files that grow during a run",
     "cosim/fmus/unpacked.py": "a temporary folder",

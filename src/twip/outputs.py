@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .errors import TwipError
+from .platform import CREATE_NEW, set_mode
 
 
 def make_writable(folder: Path) -> None:
@@ -65,11 +66,10 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
 def _scratch(target: Path, mode: int | None) -> Iterator[BinaryIO]:
     """Give a stream that replaces `target` at the end; `mode` is that of the file which is there."""
     scratch = target.with_name(f".twip-{secrets.token_hex(8)}")
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
-    stream = os.fdopen(os.open(scratch, flags, 0o666), "wb")
+    stream = os.fdopen(os.open(scratch, CREATE_NEW, 0o666), "wb")
     try:
         if mode is not None:
-            os.fchmod(stream.fileno(), stat.S_IMODE(mode))
+            set_mode(stream.fileno(), stat.S_IMODE(mode))
         yield stream
         stream.flush()
         os.fsync(stream.fileno())

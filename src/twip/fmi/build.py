@@ -9,9 +9,9 @@ from pathlib import Path
 
 from ..errors import TwipError
 from ..outputs import make_writable, write_file
+from ..platform import PLATFORMS, Platform
 from .blocks import PACKAGE, block_folders, source_root
 from .native.package import package_native
-from .native.toolchain import PLATFORMS, Platform
 from .ssp_package import needed_fmus, package_system, system_folders
 
 REFUSED = 3

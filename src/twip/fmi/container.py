@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy.container_fmu
 
 from ..errors import TwipError
+from ..platform import LINUX, WINDOWS
 from .archive import write_archive
 from .container_interface import ContainerInterface, interface_of_container
 from .container_order import in_order_of_initialization
@@ -21,8 +22,8 @@ from .origin import licence, licence_of, version
 from .page import documentation_page
 from .sources import fingerprint, guid
 
-PLATFORMS = {"linux64": ("x86_64-linux", ".so"), "win64": ("x86_64-windows", ".dll")}
-"""FMI 2.0's and FMI 3.0's names of the platforms that a container can serve, and the endings of their libraries."""
+SERVED = {platform.fmi2: platform for platform in (LINUX, WINDOWS)}
+"""The platforms that a container can serve, by FMI 2.0's name."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,9 @@ def write_container(container: Container, fmi: str, output: Path) -> list[str]:
         if component.fmu not in known:
             known[component.fmu] = read_nested(component.fmu, _folder(component.fmu, known))
     fmus = {component.name: known[component.fmu] for component in container.components}
-    platforms = [p for p in PLATFORMS if all(p in fmu.platforms for fmu in known.values())]
+    platforms = [p for p in SERVED if all(p in fmu.platforms for fmu in known.values())]
     if not platforms:
-        raise TwipError(f"{container.name}: its FMUs have no platform of {' and '.join(PLATFORMS)} in common")
+        raise TwipError(f"{container.name}: its FMUs have no platform of {' and '.join(SERVED)} in common")
     connections, loops = in_order_of_initialization(container.connections, fmus)
     face = interface_of_container(container.components, container.inputs, container.outputs, connections, fmus)
     interface = face.interface(container.name, container.description, container.step_size, container.stop_time)
@@ -88,9 +89,9 @@ def write_container(container: Container, fmi: str, output: Path) -> list[str]:
     files["documentation/licenses/twip.txt"] = licence().encode()
     binaries = Path(fmpy.container_fmu.__file__).parent / "binaries"
     for platform in platforms:
-        tuple_, ending = PLATFORMS[platform]
-        folder = platform if fmi == "2.0" else tuple_
-        files[f"binaries/{folder}/container_fmu{ending}"] = (binaries / tuple_ / f"container_fmu{ending}").read_bytes()
+        fmi2, fmi3, ending = SERVED[platform]
+        library = f"container_fmu.{ending}"
+        files[f"binaries/{fmi2 if fmi == '2.0' else fmi3}/{library}"] = (binaries / fmi3 / library).read_bytes()
     write_archive(output, files, first="modelDescription.xml")
     return face.left_out + loops
 

@@ -2,7 +2,6 @@
 
 import ctypes
 import os
-import sys
 from pathlib import Path
 
 _guarded: set[str] = set()
@@ -15,10 +14,8 @@ def guard_exit(resources: str, binaries: str, model_identifier: str) -> None:
     work is done. C runs what was registered last first: this comes before the destructors of all libraries that are
     loaded by now, also where the host is not Python and Python itself ends with one of them. `resources` is the
     unpacked resources folder, `binaries` the name of the folder that holds the library. A library that is not loaded
-    from beside it is left alone; so is any system but Linux, where alone this was seen.
+    from beside it is left alone; so is any that is not Linux's, where alone this was seen.
     """
-    if sys.platform != "linux":
-        return
     path = str(Path(resources).parent / "binaries" / binaries / f"{model_identifier}.so")
     if path in _guarded:
         return

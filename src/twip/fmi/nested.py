@@ -10,6 +10,7 @@ from fmpy.model_description import ModelDescription, ModelVariable, Unit
 from lxml import etree
 
 from ..errors import TwipError
+from ..platform import PLATFORMS
 from .units import BASE_UNITS
 
 KINDS = {
@@ -141,7 +142,7 @@ def read_nested(path: Path, folder: str) -> NestedFmu:
     description = fmpy.read_model_description(str(path), validate=False)
     if description.coSimulation is None:
         raise TwipError(f"{path.name} offers no co-simulation")
-    names = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}
+    names = {platform.fmi3: platform.fmi2 for platform in PLATFORMS}
     platforms = frozenset(names.get(p, p) for p in fmpy.supported_platforms(str(path)))
     variables = {v.name: v for v in description.modelVariables}
     return NestedFmu(path, folder, description, variables, platforms, _differences(path, description))

@@ -1,13 +1,11 @@
 """Keys of the terminal while a command runs."""
 
-import os
-import select
 import sys
-import termios
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
+
+from ...platform import single_keys
 
 ARROWS = {b"\x1b[A": "up", b"\x1b[B": "down", b"\x1b[C": "right", b"\x1b[D": "left"}
 WAIT = 0.1
@@ -18,29 +16,30 @@ WAIT = 0.1
 def keys(press: Callable[[str], None]) -> Iterator[bool]:
     """Call `press` in a thread of its own with each key (arrows by name) while the block runs.
 
-    Gives False, and calls nothing, where standard input is no terminal. The terminal is as before afterwards.
+    Gives False, and calls nothing, where standard input is no terminal, and on Windows. The terminal is as before
+    afterwards.
     """
     if not sys.stdin.isatty():
         yield False
         return
-    descriptor, ended = sys.stdin.fileno(), Event()
-    before = termios.tcgetattr(descriptor)
+    with single_keys(sys.stdin.fileno()) as typed:
+        if typed is None:
+            yield False
+            return
+        ended = Event()
 
-    def listen() -> None:
-        while not ended.is_set():
-            if select.select([descriptor], [], [], WAIT)[0]:
-                for key in split(os.read(descriptor, 64)):
+        def listen() -> None:
+            while not ended.is_set():
+                for key in split(typed(WAIT)):
                     press(key)
 
-    thread = Thread(target=listen, daemon=True)
-    tty.setcbreak(descriptor)
-    try:
+        thread = Thread(target=listen, daemon=True)
         thread.start()
-        yield True
-    finally:
-        ended.set()
-        thread.join()
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+        try:
+            yield True
+        finally:
+            ended.set()
+            thread.join()
 
 
 def split(data: bytes) -> Iterator[str]:

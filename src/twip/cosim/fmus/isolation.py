@@ -22,6 +22,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from ...platform import end_session
 from ..model.schedule import Schedule
 from ..model.system import Component
 from ..model.vector import Vector
@@ -344,6 +345,5 @@ class IsolatedInstance:
         """End the process, and what it has started, whatever it is doing."""
         self._wire.close()
         if self._process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+            end_session(self._process.pid)
             self._process.wait()

@@ -1,7 +1,6 @@
 """A process that holds one FMU instance of a run: `python -m twip.cosim.fmus.isolation_child SOCKET MEMORY PARENT`."""
 
 import contextlib
-import ctypes
 import json
 import math
 import os
@@ -10,11 +9,11 @@ import signal
 import socket
 import sys
 import threading
-from pathlib import Path
 
 import numpy as np
 
 from ...errors import TwipError
+from ...platform import END_SIGNALS, end_with
 from ..values import strings
 from .component import ComponentError, EndRequestedError
 from .instantiate import instantiate
@@ -39,8 +38,6 @@ from .isolation_wire import (
 )
 from .messages import Message
 from .ports import Ports
-
-_PR_SET_PDEATHSIG = 1
 
 
 class Outbox(list[Message]):
@@ -147,13 +144,9 @@ def die_with(parent: int) -> None:
     """Let the kernel kill this process when its parent is gone, whatever the FMU is doing, and before others when
     memory runs out. Signals to the whole session are the parent's business.
     """
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in END_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:
-        sys.exit(1)
-    with contextlib.suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
+    end_with(parent)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...platform import shared_memory
 from ..model.schedule import ComponentPorts
 from ..model.system import Component
 
@@ -114,9 +115,7 @@ class SharedValues:
     def __init__(self, columns: int, components: int, descriptor: int | None = None):
         """Create the memory, or map that of `descriptor`."""
         size = (columns + components + 1) * _WORD
-        self.descriptor = os.memfd_create("twip") if descriptor is None else descriptor
-        if descriptor is None:
-            os.ftruncate(self.descriptor, size)
+        self.descriptor = shared_memory(size) if descriptor is None else descriptor
         memory = mmap.mmap(self.descriptor, size)
         self.values = (ctypes.c_double * columns).from_buffer(memory)
         self.doing: NDArray[np.float64] = np.frombuffer(memory, np.float64, components, columns * _WORD)

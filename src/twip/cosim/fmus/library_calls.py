@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...platform import TUPLE
+
 _TAGS = {2: "plt_size", 5: "names", 6: "symbols", 7: "rela", 8: "rela_size", 10: "names_size", 23: "plt"}
 """DT_PLTRELSZ, DT_STRTAB, DT_SYMTAB, DT_RELA, DT_RELASZ, DT_STRSZ, DT_JMPREL."""
 _RELOCATION = np.dtype([("offset", "<u8"), ("type", "<u4"), ("symbol", "<u4"), ("addend", "<i8")])
@@ -47,7 +49,7 @@ class Library:
 
 def supported() -> bool:
     """Tell whether libraries here are ELF files of 64 bit, little endian."""
-    return sys.platform == "linux" and ctypes.sizeof(ctypes.c_void_p) == 8 and sys.byteorder == "little"
+    return TUPLE.endswith("-linux") and ctypes.sizeof(ctypes.c_void_p) == 8 and sys.byteorder == "little"
 
 
 def libraries(handle: int) -> Iterator[Library]:

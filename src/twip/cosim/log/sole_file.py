@@ -4,10 +4,11 @@ of damaging it, and so is whatever else writes it in between.
 
 import contextlib
 import errno
-import fcntl
 import os
 import stat
 from pathlib import Path
+
+from ...platform import CREATE, lock
 
 CLOSED = "an FMU or something else in this process has closed its descriptor"
 CHANGED = "something else has changed it meanwhile"
@@ -31,11 +32,10 @@ class SoleFile:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._path = path
         self._process = os.getpid()
-        flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC
         try:
-            self._file, self._made = os.open(path, flags | os.O_EXCL, 0o666), True
+            self._file, self._made = os.open(path, CREATE | os.O_EXCL, 0o666), True
         except FileExistsError:
-            self._file, self._made = os.open(path, flags, 0o666), False
+            self._file, self._made = os.open(path, CREATE, 0o666), False
         found = os.fstat(self._file)
         self._regular = stat.S_ISREG(found.st_mode)
         self._identity = found.st_dev, found.st_ino
@@ -50,7 +50,7 @@ class SoleFile:
 
     def _lock(self) -> None:
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(self._file)
         except BlockingIOError as error:
             raise InUseError(error.errno, "is being written by another run") from None
         except OSError:

@@ -10,7 +10,7 @@ from types import FrameType
 import numpy as np
 from numpy.typing import NDArray
 
-_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+from ...platform import END_SIGNALS
 
 
 class InterruptFlag:
@@ -39,7 +39,7 @@ class InterruptFlag:
 
     def __enter__(self) -> "InterruptFlag":
         if threading.current_thread() is threading.main_thread():
-            for number in _SIGNALS:
+            for number in END_SIGNALS:
                 previous = signal.getsignal(number)
                 # None: a handler that is not Python's, which could not be restored
                 if previous is not None and (number == signal.SIGINT or previous != signal.SIG_IGN):

@@ -8,6 +8,7 @@ from pathlib import Path
 from lxml import etree
 
 from ...errors import TwipError
+from ...platform import PLATFORMS, Platform
 from ..archive import write_archive
 from ..blocks import load_block
 from ..declare import Block
@@ -19,7 +20,7 @@ from ..rules import broken_declarations
 from ..sources import fingerprint, guid
 from ..table import Table
 from .block_source import FREESTANDING, LAYERS, block_source, identity_source, runtime_sources
-from .toolchain import FLAGS, PLATFORMS, Platform, libraries
+from .toolchain import FLAGS, libraries
 
 CAPABILITIES = Capabilities(needs_execution_tool=False, host_memory=True)
 

@@ -2,38 +2,18 @@
 
 import importlib.util
 import os
-import platform
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import TwipError
+from ...platform import PLATFORMS, TUPLE, Platform
 from .universal import universal
 
-
-@dataclass(frozen=True)
-class Platform:
-    """A platform that libraries are built for."""
-
-    fmi2: str
-    """Name of its folder in FMI 2.0; those of one name become one universal library."""
-    fmi3: str
-    triple: str
-    """As Zig names it."""
-    ending: str
-
-
-PLATFORMS = (
-    Platform("linux64", "x86_64-linux", "x86_64-linux", "so"),
-    Platform("aarch64-linux", "aarch64-linux", "aarch64-linux", "so"),
-    Platform("win64", "x86_64-windows", "x86_64-windows-gnu", "dll"),
-    Platform("darwin64", "x86_64-darwin", "x86_64-macos", "dylib"),
-    Platform("darwin64", "aarch64-darwin", "aarch64-macos", "dylib"),
-)
+TRIPLES = {"x86_64-windows": "x86_64-windows-gnu", "x86_64-darwin": "x86_64-macos", "aarch64-darwin": "aarch64-macos"}
+"""Zig's names of platforms where they are not those of FMI 3.0."""
 
 FLAGS = (
     "-std=c99", "-O2", "-g0", "-shared", "-nostdlib", "-ffreestanding", "-fno-builtin", "-fvisibility=hidden",
@@ -58,7 +38,8 @@ def libraries(
     zig = _zig()
     built: dict[tuple[str, str], list[bytes]] = {}
     for target in platforms if zig else [this_machine()]:
-        command = [str(zig), "cc", "-target", target.triple] if zig else [_host_compiler(), "-fPIC"]
+        triple = TRIPLES.get(target.fmi3, target.fmi3)
+        command = [str(zig), "cc", "-target", triple] if zig else [_host_compiler(), "-fPIC"]
         folder = target.fmi2 if version == "2.0" else target.fmi3
         built.setdefault((folder, target.ending), []).append(_library(command, name, target, sources))
     return {
@@ -69,12 +50,10 @@ def libraries(
 
 def this_machine() -> Platform:
     """Return the platform of this machine; one that FMUs are not built for raises TwipError."""
-    system = {"linux": "linux", "darwin": "darwin", "win32": "windows"}.get(sys.platform, sys.platform)
-    machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
     for known in PLATFORMS:
-        if known.fmi3 == f"{machine}-{system}":
+        if known.fmi3 == TUPLE:
             return known
-    raise TwipError(f"native FMUs are not built for {machine}-{system}")
+    raise TwipError(f"native FMUs are not built for {TUPLE}")
 
 
 def _zig() -> Path | None:

@@ -13,6 +13,7 @@ from ...errors import TwipError
 from ...fmi.build import build_all
 from ...interrupts import deferred_interrupt
 from ...outputs import make_writable
+from ...platform import unblock
 from . import fig02, fig03, fig04, fig07, fig08, fig10, fig11, fig12, fig13, fig14, fig15, fig16, fig18, fig19
 from .checks import Result
 from .laboratory import Experiment, Laboratory
@@ -108,7 +109,7 @@ def _run_group(laboratory: Laboratory, group: Sequence[str]) -> list[Timed]:
 def _wait_for_work() -> None:
     """Leave Ctrl-C to the process that waits for this one, which ends it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    unblock(signal.SIGINT)
 
 
 def _in_turn(laboratory: Laboratory, groups: Sequence[Sequence[str]], _: int, report: Report) -> Iterator[Timed]:

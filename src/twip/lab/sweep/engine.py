@@ -5,7 +5,6 @@ alone, so that the one that kills its process is known.
 """
 
 import contextlib
-import os
 import re
 import signal
 from collections.abc import Iterator, Sequence
@@ -15,6 +14,7 @@ from typing import Any
 
 from ...errors import TwipError
 from ...extras import optional
+from ...platform import processors
 from .measures import ERROR
 from .worker import Batch, Job, Rehearsal, Row, SignalledError, Task, rehearse, run_tasks
 
@@ -32,7 +32,7 @@ def workers(asked: int | None) -> int:
     """Return the number of local processes: as asked, else one per processor this process may use."""
     if asked is not None and asked < 1:
         raise TwipError(f"jobs = {asked} must be at least 1")
-    return asked or len(os.sched_getaffinity(0))
+    return asked or processors()
 
 
 class Engine:

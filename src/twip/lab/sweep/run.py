@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...cosim.model.system import System
+from ...platform import END_SIGNALS
 from .engine import Engine, workers
 from .journal import Journal
 from .known import Known
@@ -165,7 +166,7 @@ def interruptible() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard = [s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) == signal.SIG_DFL]
+    heard = [s for s in END_SIGNALS if s != signal.SIGINT and signal.getsignal(s) == signal.SIG_DFL]
     for number in heard:
         signal.signal(number, interrupt)
     try:

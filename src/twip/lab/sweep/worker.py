@@ -22,6 +22,7 @@ from ...cosim.run.results import Table
 from ...cosim.simulate import simulate
 from ...cosim.values.written import Value
 from ...errors import TwipError
+from ...platform import end_now
 from .measures import ERROR, Judge, MetricError
 
 COMPARED_STEPS = 2000
@@ -185,7 +186,7 @@ def end_with(parent: int) -> None:
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(_WATCH_INTERVAL)
-        os.kill(os.getpid(), signal.SIGKILL)
+        end_now()
 
     threading.Thread(target=watch, daemon=True).start()
 
