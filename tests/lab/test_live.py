@@ -23,7 +23,6 @@ from twip.commands.parts.keyboard import keys, split
 from twip.cosim import Table, load, simulate
 from twip.cosim.scenario.live_inputs import LiveInputs
 from twip.errors import TwipError
-from twip.lab import live
 from twip.lab.live import LiveView
 from twip.lab.metrics import BLOCKS, REQUIRED
 from twip.lab.teleop import DURATION, FORCE, PUSH, SPEED, SPEED_LIMIT, SPEED_STEP, YAW, Teleop
@@ -139,7 +138,7 @@ def test_no_terminal_no_keys(monkeypatch):
 
 
 def test_without_websockets_the_extra_is_named(monkeypatch):
-    monkeypatch.setattr(live, "find_spec", lambda _: None)
+    monkeypatch.setitem(sys.modules, "websockets", None)
     with pytest.raises(TwipError, match=r"pip install -e '.\[view\]'"):
         LiveView([], {}, Inputs())
 
