@@ -42,7 +42,7 @@ class NativeBlock:
         source.write_text(self.text, encoding="utf-8")
         command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-Wno-unused-parameter"]
         flags = ["-O2", "-ffp-contract=off", "-fno-builtin", "-fno-math-errno", "-fwrapv", "-fPIC", "-shared", *options]
-        subprocess.run([*command, *flags, f"-I{RUNTIME}", str(source), "-o", str(library), "-lm"], check=True)
+        subprocess.run([*command, *flags, f"-I{RUNTIME}", str(source), "-o", str(library)], check=True)
         self.model = Model.in_dll(ctypes.CDLL(str(library)), f"{self.block.name}_model")
         assert self.model.size == len(self.table.attributes)
         self.values = (c_double * self.model.size)()

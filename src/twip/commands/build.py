@@ -7,6 +7,7 @@ from ..cosim import load
 from ..fmi.build import build_all, build_fmi3, build_native
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
+from ..lab.native_container import pack_native
 from .container import default_name
 
 ROBOT = "twip"
@@ -49,7 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Build, and return the exit status."""
     if arguments.native:
         version = next(v for v in FMI_VERSIONS if v.startswith(arguments.fmi))
-        build_native(arguments.out, arguments.blocks or None, print, version)
+        built = build_native(arguments.out, arguments.blocks or None, print, version)
+        for path in built_containers(arguments.out, built, f"{ROBOT}_native"):
+            print(path)
         return 0
     if arguments.fmi == "3":
         build_fmi3(arguments.out, arguments.blocks or None, print)
@@ -60,12 +63,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def built_containers(output: Path, built: list[Path]) -> list[Path]:
+def built_containers(output: Path, built: list[Path], name: str = ROBOT) -> list[Path]:
     """Build the whole robot as one FMU in each version of FMI if its SSP is among what is `built`; return the paths."""
-    paths = [output / "fmus" / default_name(ROBOT, version) for version in FMI_VERSIONS]
-    if output / "ssp" / f"{ROBOT}.ssp" not in built:
+    paths = [output / "fmus" / default_name(name, version) for version in FMI_VERSIONS]
+    if output / "ssp" / f"{name}.ssp" not in built:
         return []
-    with load(output / "ssp" / f"{ROBOT}.ssp") as system:
+    with load(output / "ssp" / f"{name}.ssp") as system:
         for version, path in zip(FMI_VERSIONS, paths, strict=True):
-            pack(system, version, path)
+            (pack if name == ROBOT else pack_native)(system, version, path)
     return paths

@@ -8,6 +8,7 @@ from ..cosim import load
 from ..fmi.interface import FMI_VERSIONS
 from ..lab.container import pack
 from ..lab.endings import check_ending
+from ..lab.native_container import pack_native
 from .parts.build_hint import told_to_build
 from .parts.experiment import declare_values, pairs
 from .parts.paths import refuse_clashes
@@ -17,10 +18,13 @@ DESCRIPTION = """\
 examples:
   twip container ssp/twip.ssp
   twip container ssp/twip.ssp --fmi 3 --output-file robot.fmu
+  twip container ssp/twip_native.ssp --native
   twip container ssp/twip.ssp --parameters ssp/parameters/pid.ssv --start-values plant.pitch_start 0.3
 
 Pack a system of FMUs into one FMU that any FMI tool can run. Outputs, open inputs and parameters are named
-component.variable. What the container does otherwise than the system is told; what it cannot do is an error."""
+component.variable. What the container does otherwise than the system is told; what it cannot do is an error. With
+--native the FMUs must be native (twip build --native, docs/native.md): the container then holds C and no Python, and
+keeps the system's coupling."""
 
 
 def declare(parser: argparse.ArgumentParser) -> None:
@@ -39,6 +43,7 @@ def declare(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="step of the inside in s; default: the system's, else the smallest of its FMUs",
     )
+    parser.add_argument("--native", action="store_true", help="join the C sources of native FMUs, without Python")
     declare_values(parser)
     parser.set_defaults(run=run)
 
@@ -55,7 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
         told_to_build(arguments.ssp),
         load(arguments.ssp, parameters=arguments.parameters, start_values=values) as system,
     ):
-        for difference in pack(system, version, output, arguments.step_size):
+        differences = (pack_native if arguments.native else pack)(system, version, output, arguments.step_size)
+        for difference in differences:
             print(f"twip: warning: not as in the system: {difference}", file=sys.stderr)
     print_rows(("container", output))
     return 0

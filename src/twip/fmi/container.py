@@ -5,7 +5,7 @@ and after each step, in the order in which they are listed.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,25 +49,15 @@ def write_container(container: Container, fmi: str, output: Path) -> list[str]:
 
     The same system gives the same bytes. Raises TwipError, one line per problem, when the system cannot be packed.
     """
-    known: dict[Path, NestedFmu] = {}
-    for component in container.components:
-        if component.fmu not in known:
-            known[component.fmu] = read_nested(component.fmu, _folder(component.fmu, known))
-    fmus = {component.name: known[component.fmu] for component in container.components}
+    fmus = nested_fmus(container)
+    known = {fmu.path: fmu for fmu in fmus.values()}
     platforms = [p for p in SERVED if all(p in fmu.platforms for fmu in known.values())]
     if not platforms:
         raise TwipError(f"{container.name}: its FMUs have no platform of {' and '.join(SERVED)} in common")
     connections, loops = in_order_of_initialization(container.connections, fmus)
     face = interface_of_container(container.components, container.inputs, container.outputs, connections, fmus)
     interface = face.interface(container.name, container.description, container.step_size, container.stop_time)
-    terms = {name: fmu.copyright for name, fmu in fmus.items()}
-    origin = Origin(
-        "; ".join(dict.fromkeys(fmu.author for fmu in known.values() if fmu.author)),
-        version(),
-        "; ".join(dict.fromkeys(fmu.license for fmu in known.values() if fmu.license)),
-        "; ".join(dict.fromkeys(text for text in terms.values() if text)),
-        f"twip, fmpy.container_fmu {fmpy.container_fmu.__version__}",
-    )
+    origin = joined_origin(fmus, f"twip, fmpy.container_fmu {fmpy.container_fmu.__version__}")
     files = {
         f"resources/{fmu.folder}/{name}": content for fmu in known.values() for name, content in fmu.files().items()
     }
@@ -94,6 +84,30 @@ def write_container(container: Container, fmi: str, output: Path) -> list[str]:
         files[f"binaries/{fmi2 if fmi == '2.0' else fmi3}/{library}"] = (binaries / fmi3 / library).read_bytes()
     write_archive(output, files, first="modelDescription.xml")
     return face.left_out + loops
+
+
+def nested_fmus(container: Container) -> dict[str, NestedFmu]:
+    """Return the FMUs of a container's components by component, each file read once."""
+    known: dict[Path, NestedFmu] = {}
+    for component in container.components:
+        if component.fmu not in known:
+            known[component.fmu] = read_nested(component.fmu, _folder(component.fmu, known))
+    return {component.name: known[component.fmu] for component in container.components}
+
+
+def joined_origin(fmus: Mapping[str, NestedFmu], tool: str) -> Origin:
+    """Return the origin of what `tool` makes of FMUs."""
+
+    def all_of(texts: Iterable[str]) -> str:
+        return "; ".join(dict.fromkeys(t for t in texts if t))
+
+    return Origin(
+        all_of(fmu.author for fmu in fmus.values()),
+        version(),
+        all_of(fmu.license for fmu in fmus.values()),
+        all_of(fmu.copyright for fmu in fmus.values()),
+        tool,
+    )
 
 
 def _folder(fmu: Path, known: Mapping[Path, NestedFmu]) -> str:

@@ -42,7 +42,7 @@ def block_source(block: Block) -> str:
     exposed = len(table.variables)
     parts = [
         comment(f"{block.name}: {block.description}\nMade by twip from the block's Python functions; do not edit."),
-        '#include "twip_model.h"\n' + "".join(f"{line}\n" for line in unit.library),
+        '#include "twip_model.h"\n',
         text,
         variables_source(block.name, list(table.variables.values())),
         block_model_source(block.name, len(table.attributes), exposed, initialize, check, step),
@@ -50,11 +50,11 @@ def block_source(block: Block) -> str:
     return "\n".join(parts)
 
 
-def identity_source(name: str, token: str) -> str:
-    """Return the header that names the model of an FMU, its token and the prefix of its functions."""
+def identity_source(name: str, model: str, token: str) -> str:
+    """Return the header that names the C symbol of an FMU's model, its token and the prefix of its functions."""
     return (
         "/* Which model this FMU is of. */\n"
-        f'#define TWIP_MODEL {name}_model\n#define TWIP_NAME "{name}"\n#define TWIP_TOKEN "{token}"\n'
+        f'#define TWIP_MODEL {model}\n#define TWIP_NAME "{name}"\n#define TWIP_TOKEN "{token}"\n'
         f"#define FMI2_FUNCTION_PREFIX {name}_\n#define FMI3_FUNCTION_PREFIX {name}_\n"
     )
 

@@ -30,10 +30,8 @@ _MATH: dict[Any, tuple[str, int, Type]] = {
     abs: ("twip_fabs", 1, DOUBLE),
 }
 """What needs no library: an instruction or a few lines of C (c/twip_number.h)."""
-_LIBRARY: dict[Any, tuple[str, int, Type]] = {
-    **{getattr(math, name): (name, 1, DOUBLE) for name in ("sin", "cos", "tan", "exp", "log")},
-    math.atan2: ("atan2", 2, DOUBLE),
-}
+_OWN = tuple(getattr(math, name) for name in ("sin", "cos", "tan", "atan2", "exp", "log"))
+"""What every system's library rounds in a way of its own; `twip.robot.elementary` has them as kernels."""
 _LARGEST = 2**63 - 1
 
 
@@ -285,14 +283,15 @@ class Expressions:
         if called is math.ldexp and len(arguments) == 2:
             x, twos = self.of_type(arguments[0], DOUBLE), self.of_type(arguments[1], INTEGER)
             return Code(f"twip_ldexp({x.text}, {twos.text})", DOUBLE)
-        for functions in (_MATH, _LIBRARY):
-            if called in functions:
-                name, count, kind = functions[called]
-                if len(arguments) != count:
-                    raise self.no(node, f"{ast.unparse(node)}: {count} arguments are needed")
-                if functions is _LIBRARY:
-                    self.unit.library[f"double {name}({', '.join(['double'] * count)});"] = None
-                return Code(f"{name}({', '.join(self.of_type(a, DOUBLE).text for a in arguments)})", kind)
+        if called in _OWN:
+            name = called.__name__
+            rule = f"math.{name} rounds otherwise on every system: from twip.robot.elementary import {name}"
+            raise self.no(node, f"{ast.unparse(node)}: {rule}")
+        if called in _MATH:
+            name, count, kind = _MATH[called]
+            if len(arguments) != count:
+                raise self.no(node, f"{ast.unparse(node)}: {count} arguments are needed")
+            return Code(f"{name}({', '.join(self.of_type(a, DOUBLE).text for a in arguments)})", kind)
         return self._kernel_call(node)
 
     def _converted(self, code: Code, to_float: bool, node: ast.Call) -> Code:

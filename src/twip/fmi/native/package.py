@@ -1,7 +1,7 @@
 """The native FMU of one block: description, sources, and a library for each platform."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 
@@ -25,6 +25,16 @@ from .toolchain import FLAGS, libraries
 CAPABILITIES = Capabilities(needs_execution_tool=False, host_memory=True)
 
 
+@dataclass(frozen=True)
+class Model:
+    """What a native FMU computes."""
+
+    symbol: str
+    """Name of the model in C (`twip_Model` in c/twip_model.h)."""
+    sources: Mapping[str, bytes]
+    """C files by name, besides those that all native FMUs share."""
+
+
 def package_native(face: Path, output: Path, version: str, platforms: Sequence[Platform] = PLATFORMS) -> None:
     """Write the native FMU of the block declared in `face` to `output` in FMI `version`, for `platforms`.
 
@@ -40,12 +50,13 @@ def package_native(face: Path, output: Path, version: str, platforms: Sequence[P
     readme, icon = face.with_name("README.md"), face.with_name("model.png")
     page = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     extra = {"model.png": icon.read_bytes()} if icon.is_file() else {}
-    write_native(interface, sources, page, version, output, origin_of(licence()), extra, platforms)
+    model = Model(f"{block.name}_model", sources)
+    write_native(interface, model, page, version, output, origin_of(licence()), extra, platforms)
 
 
 def write_native(
     interface: Interface,
-    sources: Mapping[str, bytes],
+    model: Model,
     readme: str,
     version: str,
     output: Path,
@@ -55,19 +66,19 @@ def write_native(
 ) -> None:
     """Write a native FMU.
 
-    `sources` are the files of its model, which is called `<identifier>_model`; `readme` is its page in Markdown;
-    `extra` holds further files of the archive.
+    `readme` is its page in Markdown; `extra` holds further files of the archive.
     """
-    interface = replace(interface, sources=tuple(sorted(f for f in (*sources, LAYERS[version]) if f.endswith(".c"))))
-    complete = {**runtime_sources(version), **sources}
+    listed = sorted(f for f in (*model.sources, LAYERS[version]) if f.endswith(".c"))
+    interface = replace(interface, sources=tuple(listed))
+    complete = {**runtime_sources(version), **model.sources}
     digest = fingerprint(complete, model_description(interface, version, "", origin))
     token = guid(digest)
-    complete["identity.h"] = identity_source(interface.identifier, token).encode()
+    complete["identity.h"] = identity_source(interface.identifier, model.symbol, token).encode()
     files = dict(extra)
     files["modelDescription.xml"] = model_description(interface, version, token, origin)
     files["documentation/index.html"] = documentation_page(interface, version, readme, token, origin)
     files.setdefault("documentation/licenses/twip.txt", licence().encode())
-    files["documentation/licenses/license.txt"] = b"All of this FMU is under the terms in twip.txt\n"
+    files.setdefault("documentation/licenses/license.txt", b"All of this FMU is under the terms in twip.txt\n")
     files |= {f"sources/{name}": content for name, content in complete.items() if name != FREESTANDING}
     if version == "3.0":
         files["sources/buildDescription.xml"] = build_description(interface)

@@ -37,9 +37,11 @@ def block_model_source(name: str, size: int, exposed: int, initialize: str, chec
         else "(void)values, (void)report;\n  return 0;"
     )
     return f"""\
+enum {{ {name}_exposed = {exposed}, {name}_size = {size} }};
+
 static void {name}_clear_model(double *values) {{
-  for (int i = 0; i < {size}; i++)
-    if (i >= {exposed} || {name}_variables[i].causality > TWIP_INPUT) values[i] = 0.0;
+  for (int i = 0; i < {name}_size; i++)
+    if (i >= {name}_exposed || {name}_variables[i].causality > TWIP_INPUT) values[i] = 0.0;
 }}
 
 static void {name}_initialize_model(double *values, double time) {{
@@ -58,7 +60,7 @@ static int {name}_step_model(double *values, double time, double step_size, twip
 
 extern const twip_Model {name}_model;
 const twip_Model {name}_model = {{
-  "{name}", {exposed}, {size}, {name}_variables, 0, 0.0,
+  "{name}", {name}_exposed, {name}_size, {name}_variables, 0, 0.0,
   {name}_clear_model, {name}_initialize_model, {name}_check_model, {name}_step_model,
 }};
 """

@@ -26,8 +26,6 @@ class Unit:
     def __init__(self, block: str, attributes: Iterable[str], signatures: Mapping[Callable[..., Any], Signature]):
         self.values_type = f"{block}_values"
         self.attributes = tuple(attributes)
-        self.library: dict[str, None] = {}
-        """Declarations of functions of the C library that are called."""
         self._signatures = signatures
         self._functions: dict[Callable[..., Any], str] = {}
         self._sources: dict[Callable[..., Any], Source] = {}
