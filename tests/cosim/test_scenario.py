@@ -8,8 +8,9 @@ from ssp_writer import component, connection, edit_fmu, linear, system, write
 from twip.cosim import Table, load, simulate
 from twip.cosim.coupling.coupling import Coupling
 from twip.cosim.coupling.scheduling import make_schedule
-from twip.cosim.scenario.faults import Faults
-from twip.cosim.scenario.plan import Fault
+from twip.cosim.scenario.failing import Faults
+from twip.cosim.scenario.faults.base import Amount
+from twip.cosim.scenario.faults.stuck import Stuck
 from twip.cosim.values.conversion import Conversion
 from twip.errors import TwipError
 
@@ -244,6 +245,7 @@ def test_an_input_behind_a_connector_without_time_series_cannot_fail(folder):
         simulate(loaded, step_size=STEP, sinks=[table], scenario=folder / "s.toml")
         assert table["a.u"][-1] == 3.0
         target = loaded.columns.index("a.u")
-        planned = Fault("faults[0]", "a.u", "stuck", "1.0", 1.0, 0, ((target, Conversion()),), (None, None), 0, 1, 0)
+        value = {"value": Amount(1.0, "1.0")}
+        planned = Stuck("faults[0]", "a.u", ((target, Conversion()),), (None, None), 0, 1, value)
         with pytest.raises(TwipError, match=r"nothing is copied to a.u, it cannot fail"):
             Faults([planned], make_schedule(loaded, Coupling()))

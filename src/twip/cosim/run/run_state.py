@@ -21,7 +21,7 @@ from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.time_grid import TimeGrid
 from ..model.vector import vector
-from ..scenario.faults import Faults
+from ..scenario.failing import Faults
 from ..scenario.live_inputs import LiveInputs
 from ..scenario.plan import Scenario
 from .checkpoint import Checkpoint, InputDigest, Saving, identify

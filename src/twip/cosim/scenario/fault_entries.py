@@ -13,22 +13,19 @@ from ..values.conversion import Conversion
 from ..values.ssp_types import family
 from ..values.transformation import Items
 from ..values.written import cannot_travel, in_vector
-from .plan import Fault, Scenario, point_of
+from .faults import kinds
+from .faults.base import Amount, Fault, Key
+from .plan import Scenario, point_of
 from .scenario_entries import Entries, typed
 from .targets import RULES, End, objections, signal_type
 
-FAULTS: dict[str, tuple[str, bool]] = {
-    "stuck": ("value", False),
-    "bias": ("value", True),
-    "noise": ("deviation", True),
-    "dropout": ("probability", False),
-    "delay": ("delay", True),
-}
-"""Kinds of faults: the key that gives the size, and whether it must be there."""
-LONGEST_DELAY = 10_000_000
-"""In steps; each is kept in memory."""
+MOST_STEPS = 10_000_000
+"""Longest delay; each step of it is kept in memory."""
 _DIVIDES = 1e-9
-"""Relative deviation of a delay from a whole number of steps that counts as rounding."""
+"""Relative deviation of a time from a whole number of steps that counts as rounding."""
+
+Targets = tuple[tuple[int, Conversion], ...]
+"""Columns that failing connections lead to, and the conversions to them, as in `Fault`."""
 
 
 class FaultEntries(Entries):
@@ -37,18 +34,17 @@ class FaultEntries(Entries):
     def read(self, index: int, entry: Mapping[str, object], driven: set[int]) -> Fault | None:
         """Return the fault that `faults[index]` describes; `driven` are the columns with time series."""
         before, label = len(self.problems.lines), f"faults[{index}]"
-        kind = entry.get("kind")
-        if not isinstance(kind, str) or kind not in FAULTS:
+        kind = kinds().get(given) if isinstance(given := entry.get("kind"), str) else None
+        if kind is None:
             self.required(entry, ("kind",), "faults", index)
             if "kind" in entry:
                 place = self.file.place("faults", index, "kind")
-                self.problems.add(f"{label}.kind = {shown(kind)} must be one of {', '.join(FAULTS)}", place)
+                self.problems.add(f"{label}.kind = {shown(given)} must be one of {', '.join(kinds())}", place)
             return None
-        key, needed = FAULTS[kind]
-        seeded = kind in ("noise", "dropout")
-        known = {"signal", "kind", "start", "stop", key, *(("seed",) if seeded else ())}
+        seeded = ("seed",) if kind.seeded else ()
+        known = {"signal", "kind", "start", "stop", *(key.name for key in kind.keys), *seeded}
         self.known(entry, known, "faults", index)
-        self.required(entry, ("signal", key) if needed else ("signal",), "faults", index)
+        self.required(entry, ("signal", *(key.name for key in kind.keys if key.required)), "faults", index)
         times = tuple(self.time(entry, end, "faults", index) if end in entry else None for end in ("start", "stop"))
         seed = entry.get("seed", 0)
         if isinstance(seed, bool) or not isinstance(seed, int):
@@ -56,41 +52,12 @@ class FaultEntries(Entries):
         if "signal" not in entry:
             return None
         column, targets = self._connections(label, entry["signal"], driven, self._at(index, "signal"))
-        type_, items = signal_type(self.system, column)
-        size = self._size(label, kind, entry, type_, items, self._at(index, key)) if targets else None
-        if kind == "stuck" and type_ != "String" and size is not None:
-            variables = self.system.variables
-            ends = [
-                End(self.names[c], variables[c], None if c == column else convert)
-                for c, convert in targets
-                if c in variables
-            ]
-            number = size if family(type_) == "Real" else int(size)
-            for line in objections(f"{label}.value", number, ends):
-                self.problems.add(line, self._at(index, key))
+        amounts = self._amounts(index, kind, entry, column, targets) if targets else {}
         first, last = self._interval(label, times[0], times[1], self._at(index, "start"))
         if self.grid is None or len(self.problems.lines) > before or not isinstance(seed, int):
             return None
-        unit = {"delay": "s", "dropout": ""}.get(kind, self._signal(column).unit or "")
-        text = "" if size is None else f"{size!r} {unit}".rstrip()
-        if kind == "stuck" and type_ in ("String", "Enumeration") and text:
-            text = next((item for item, number in items if number == size), shown(entry[key]))
-        delay = round(size / self.grid.step_size) if kind == "delay" and size is not None else 0
-        signal = self.names[column]
-        return Fault(
-            label,
-            signal,
-            kind,
-            text,
-            size,
-            seed,
-            targets,
-            (times[0], times[1]),
-            first,
-            last,
-            delay,
-            self._at(index, "signal"),
-        )
+        at = self._at(index, "signal")
+        return kind(label, self.names[column], targets, (times[0], times[1]), first, last, amounts, seed, at)
 
     def _signal(self, column: int) -> Signal:
         return [signal for channel in self.system.channels for signal in channel.signals][column]
@@ -98,9 +65,7 @@ class FaultEntries(Entries):
     def _at(self, index: int, key: str) -> Place:
         return self.file.place("faults", index, key)
 
-    def _connections(
-        self, label: str, name: object, driven: set[int], place: Place
-    ) -> tuple[int, tuple[tuple[int, Conversion], ...]]:
+    def _connections(self, label: str, name: object, driven: set[int], place: Place) -> tuple[int, Targets]:
         """Return the column called `name` and the connections from it or the one to it; none on a problem."""
         copies = self.system.copies
         carrying = {c.source for c in copies} | {i for c in self.system.components for i in self._inputs_of(c.name)}
@@ -130,44 +95,74 @@ class FaultEntries(Entries):
         first = self.system.first_column[component]
         return range(first, first + next(len(c.inputs) for c in self.system.components if c.name == component))
 
-    def _size(
-        self, label: str, kind: str, entry: Mapping[str, object], type_: str, items: Items, place: Place
-    ) -> float | None:
-        """Return the size of a fault of a signal of type `type_`."""
-        key = FAULTS[kind][0]
-        if kind == "delay" and type_ == "String":
-            self.problems.add(f"{label}: a String cannot be delayed", place)
-            return None
-        if kind in ("bias", "noise") and family(type_) != "Real":
-            self.problems.add(f"{label}: {kind} needs a Real signal, not {type_}", place)
-            return None
-        if key not in entry:
-            return 1.0 if kind == "dropout" else None
-        given = entry[key]
-        value = typed(given, type_ if kind == "stuck" else "Real", items)
+    def _amounts(
+        self, index: int, kind: type[Fault], entry: Mapping[str, object], column: int, targets: Targets
+    ) -> dict[str, Amount]:
+        """Return what the entry gives under the keys of its kind of fault, for the signal in `column`."""
+        type_, items = signal_type(self.system, column)
+        if why := kind.objection(type_):
+            place = self._at(index, kind.keys[0].name if kind.keys else "kind")
+            self.problems.add(f"faults[{index}]: {why}", place)
+            return {}
+        found: dict[str, Amount] = {}
+        for key in kind.keys:
+            unit = (self._signal(column).unit or "") if key.unit is None else key.unit
+            if key.name not in entry:
+                if key.default is not None:
+                    found[key.name] = Amount(key.default, f"{key.default!r} {unit}".rstrip())
+                continue
+            given, label = entry[key.name], f"faults[{index}].{key.name}"
+            size = self._number(label, key, given, type_, items, self._at(index, key.name))
+            if size is None:
+                continue
+            text, steps = f"{size!r} {unit}".rstrip(), 0
+            if key.steps:
+                steps = self._steps(label, size, self._at(index, key.name))
+            if key.of_signal and type_ in ("String", "Enumeration"):
+                text = next((item for item, number in items if number == size), shown(given))
+            if key.of_signal and type_ != "String":
+                number = size if family(type_) == "Real" else int(size)
+                for line in objections(label, number, self._ends(column, targets)):
+                    self.problems.add(line, self._at(index, key.name))
+            found[key.name] = Amount(size, text, steps)
+        return found
+
+    def _ends(self, column: int, targets: Targets) -> list[End]:
+        variables = self.system.variables
+        return [
+            End(self.names[c], variables[c], None if c == column else convert)
+            for c, convert in targets
+            if c in variables
+        ]
+
+    def _number(self, label: str, key: Key, given: object, type_: str, items: Items, place: Place) -> float | None:
+        """Return the number of a key, None on a problem; `type_` is that of the signal."""
+        value = typed(given, type_ if key.of_signal else "Real", items)
         size = None if value is None else in_vector(value)
-        if kind == "stuck" and value is not None and (why := cannot_travel(type_, value)):
-            self.problems.add(f"{label}.value: {shown(given)} cannot be taken, {why}", place)
+        if key.of_signal and value is not None and (why := cannot_travel(type_, value)):
+            self.problems.add(f"{label}: {shown(given)} cannot be taken, {why}", place)
             return None
-        rule = {"stuck": RULES[type_], "dropout": "a probability above 0, at most 1"}.get(kind, RULES["Real"])
-        if kind in ("noise", "delay"):
-            rule = "a positive number"
-        if (
-            size is None
-            or (kind in ("noise", "delay") and size <= 0.0)
-            or (kind == "dropout" and not 0.0 < size <= 1.0)
-        ):
-            self.problems.add(f"{label}.{key} = {shown(given)} must be {rule}", place)
+        too_small = size is not None and key.above is not None and size <= key.above
+        too_large = size is not None and key.most is not None and size > key.most
+        if size is None or too_small or too_large:
+            rule = RULES[type_] if key.of_signal else key.rule
+            self.problems.add(f"{label} = {shown(given)} must be {rule}", place)
             return None
-        if kind == "delay" and self.grid is not None:
-            steps = size / self.grid.step_size
-            if steps > LONGEST_DELAY:
-                self.problems.add(f"{label}.delay = {size!r} s is more than {LONGEST_DELAY} steps", place)
-            elif not math.isclose(steps, round(steps), rel_tol=_DIVIDES):
-                self.problems.add(
-                    f"{label}.delay = {size!r} s must be a whole multiple of the step, {self.grid.step_size!r} s", place
-                )
         return size
+
+    def _steps(self, label: str, time: float, place: Place) -> int:
+        """Return a time in s as a number of steps."""
+        grid = self.grid
+        if grid is None:
+            return 0
+        steps = time / grid.step_size
+        if steps > MOST_STEPS:
+            self.problems.add(f"{label} = {time!r} s is more than {MOST_STEPS} steps", place)
+            return 0
+        if not math.isclose(steps, round(steps), rel_tol=_DIVIDES):
+            text = f"{label} = {time!r} s must be a whole multiple of the step, {grid.step_size!r} s"
+            self.problems.add(text, place)
+        return round(steps)
 
     def _interval(self, label: str, start: float | None, stop: float | None, place: Place) -> tuple[int, int]:
         """Return the first step of a fault and the one after its last; nothing of use where times are wrong."""
@@ -200,6 +195,7 @@ def check_own_steps(system: System, coupling: Coupling, scenario: Scenario, prob
             if fault.first < fault.last <= first:
                 text = f"{fault.name} begins and ends between two steps of {component}, it would do nothing there"
                 problems.add(text, fault.place)
-            if fault.delay % multiple:
-                text = f"{fault.name}.delay = {fault.text} must be a whole multiple of the step of {component}"
-                problems.add(f"{text}, {multiple} communication steps", fault.place)
+            for key, amount in fault.amounts.items():
+                if amount.steps % multiple:
+                    text = f"{fault.name}.{key} = {amount} must be a whole multiple of the step of {component}"
+                    problems.add(f"{text}, {multiple} communication steps", fault.place)

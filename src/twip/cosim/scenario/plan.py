@@ -8,55 +8,9 @@ point t with t + 1e-9 step ≥ T, the rule by which rows of input files count as
 from dataclasses import dataclass
 
 from ..model.time_grid import TimeGrid
-from ..reading.problems import Place
-from ..values.conversion import Conversion
 from ..values.written import StartValue
+from .faults.base import Fault
 from .inputs import EARLY, NO_INPUTS, InputSeries
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A fault of one or more connections in the steps `first` to `last` (exclusive).
-
-    It acts on the value that the input would take without it, after unit conversion and transformation.
-    """
-
-    name: str
-    """Its place in the scenario file, such as `faults[2]`."""
-    signal: str
-    """The output whose connections fail, or the input whose connection fails."""
-    kind: str
-    """`stuck`, `bias`, `noise`, `dropout` or `delay`."""
-    text: str
-    """`size` in words, with its unit; empty without one."""
-    size: float | None
-    """Value (`stuck`, None for the last one), added value (`bias`), standard deviation (`noise`), probability that a
-    value is lost (`dropout`), or time (`delay`, s).
-    """
-    seed: int
-    targets: tuple[tuple[int, Conversion], ...]
-    """For each failing connection the column it leads to, and the conversion of a value of `signal` to that of the
-    column.
-    """
-    times: tuple[float | None, float | None]
-    """Where it begins and ends, in s; None for the run's beginning and end."""
-    first: int
-    last: int
-    delay: int = 0
-    """In steps."""
-    place: Place | None = None
-    """Where it is asked for."""
-
-    def __str__(self) -> str:
-        size = self.text
-        return {
-            "stuck": f"{self.signal} is stuck at {size or 'its last value'}",
-            "bias": f"{self.signal} is biased by {size}",
-            "noise": f"{self.signal} has noise of standard deviation {size}, seed {self.seed}",
-            "dropout": f"{self.signal} drops out"
-            + (f" with probability {size}, seed {self.seed}" if self.size != 1.0 else ""),
-            "delay": f"{self.signal} is delayed by {size}",
-        }[self.kind]
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,11 @@ to the input:
 
     source → arrived₁ → arrived₂ → … → input          a fault that does not act copies as it is
 
-stuck    value = constant                             the given value, or the last one that left the fault
-bias     value = arrived + constant
-noise    value = arrived + a new constant per step
-dropout  value = arrived, or, if it is lost, the last one that left the fault
-delay    value = past: what arrived n steps before    before the first step: what the input was initialized with
+A fault that acts gives factor and offset to its copy, and says whether it takes what arrived now or what is past: what
+arrived some steps ago; before the first step that is what the input was initialized with.
 """
 
 import dataclasses
-import math
-import random
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -27,7 +22,7 @@ from numpy.typing import NDArray
 from ...errors import TwipError
 from ..model.schedule import Schedule
 from ..values.conversion import Conversion
-from .plan import Fault
+from .faults.base import Effect, Fault, Moment
 
 _PER_COPY = ("destination", "source", "factor", "offset", "middle", "owner", "copy_every")
 """Arrays of a schedule with one entry per copy."""
@@ -63,7 +58,7 @@ class Faults:
             for i, (fault, target) in enumerate(pairs)
         ]
         self.schedule = _insert(schedule, self._failing) if pairs else schedule
-        self._delays = [failing for failing in self._failing if failing.fault.kind == "delay"]
+        self._delays = [failing for failing in self._failing if failing.fault.history]
         self.driven = np.array([failing.past for failing in self._delays], np.int32)
         """Columns that `past` is for."""
 
@@ -72,7 +67,7 @@ class Faults:
         for failing in self._failing:
             row[[failing.arrived, failing.past]] = row[failing.destination]
         for delay in self._delays:
-            delay.history = np.full(delay.fault.delay, row[delay.destination])
+            delay.history = np.full(delay.fault.history, row[delay.destination])
 
     def hidden(self, columns: Sequence[int]) -> list[int]:
         """Return the hidden columns that hold values on their way to one of `columns`."""
@@ -87,7 +82,7 @@ class Faults:
 
     def restore(self, memory: NDArray[np.float64]) -> None:
         """Take over the `memory` of the same faults."""
-        ends = np.cumsum([delay.fault.delay for delay in self._delays], dtype=np.int64)
+        ends = np.cumsum([delay.fault.history for delay in self._delays], dtype=np.int64)
         for delay, history in zip(self._delays, np.split(memory, ends[:-1]), strict=True) if self._delays else ():
             delay.history = history.copy()
 
@@ -96,29 +91,14 @@ class Faults:
         plan, told = self.schedule, dict[str, None]()
         for failing in self._failing:
             fault, copy = failing.fault, failing.copy
-            plan.source[copy], plan.factor[copy], plan.offset[copy] = failing.arrived, 1.0, -0.0
+            effect = Effect()
             if fault.first <= step < fault.last:
-                held = float(row[plan.destination[copy]])
-                self._act(failing, step, held)
+                effect = fault.act(Moment(step, float(row[plan.destination[copy]]), failing.convert))
+            plan.source[copy] = failing.past if effect.delayed else failing.arrived
+            plan.factor[copy], plan.offset[copy] = effect.factor, effect.offset
             if fault.first < fault.last and step in (fault.first, fault.last):
                 told[f"fault {'begins' if step == fault.first else 'ends'}: {fault}"] = None
         return list(told)
-
-    def _act(self, failing: Failing, step: int, held: float) -> None:
-        """Let a fault act in the step number `step`; `held` is the last value that left it."""
-        plan, fault, copy = self.schedule, failing.fault, failing.copy
-        if fault.kind == "stuck":
-            value = None if fault.size is None else failing.convert(fault.size)
-            plan.factor[copy], plan.offset[copy] = 0.0, held if value is None else value
-        elif fault.kind == "bias":
-            plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0)
-        elif fault.kind == "noise":
-            plan.offset[copy] = failing.convert.affine.factor * (fault.size or 0.0) * _normal(fault, step)
-        elif fault.kind == "dropout":
-            if fault.size == 1.0 or _generator(fault, step).random() < (fault.size or 0.0):
-                plan.factor[copy], plan.offset[copy] = 0.0, held
-        else:
-            plan.source[copy] = failing.past
 
     def until(self, step: int, last: int) -> int:
         """Return after how many steps, more than `step` and at most `last`, `begin` must be called next."""
@@ -127,10 +107,9 @@ class Faults:
             if step < fault.first:
                 last = min(last, fault.first)
             elif step < fault.last:
-                each = fault.kind == "noise" or (fault.kind == "dropout" and fault.size != 1.0)
-                last = min(last, fault.last, step + 1 if each else fault.last)
-                if fault.kind == "delay":
-                    last = min(last, step + fault.delay)
+                last = min(last, fault.last, step + 1 if fault.every_step else fault.last)
+                if fault.history:
+                    last = min(last, step + fault.history)
         return last
 
     def past(self, count: int) -> NDArray[np.float64]:
@@ -175,15 +154,3 @@ def _insert(schedule: Schedule, failing: Sequence[Failing]) -> Schedule:
             plan.factor[copy], plan.offset[copy], plan.middle[copy] = 1.0, -0.0, False
             plan.owner[copy] = len(plan.components)
     return plan
-
-
-def _generator(fault: Fault, step: int) -> random.Random:
-    """Return what makes the random numbers of a step; they depend on seed, signal, place in the file and step alone."""
-    return random.Random(f"{fault.seed} {fault.signal} {fault.name} {step}")
-
-
-def _normal(fault: Fault, step: int) -> float:
-    """Return a normally distributed number (Box and Muller 1958)."""
-    generator = _generator(fault, step)
-    radius = math.sqrt(-2.0 * math.log(1.0 - generator.random()))
-    return radius * math.cos(2.0 * math.pi * generator.random())
