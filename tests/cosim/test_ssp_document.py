@@ -11,8 +11,9 @@ from twip.cosim.ssp.elements import GRAPHICAL, IMPLEMENTATIONS, KINDS
 from twip.cosim.ssp.references import MAXIMUM_ELEMENTS, MAXIMUM_LEVELS
 from twip.cosim.ssp.schemas import schema_folder
 from twip.cosim.ssp.structure import DEFINITION, FMU, PACKAGE
-from twip.cosim.values.ssp_types import REFUSED, TYPES
+from twip.cosim.ssp.type_elements import REFUSED
 from twip.cosim.values.transformation import TRANSFORMATIONS
+from twip.cosim.values.types import ALL_NAMES
 
 TEXT = (Path(__file__).parents[2] / "docs" / "ssp.md").read_text(encoding="utf-8")
 ROWS = [
@@ -56,7 +57,7 @@ def test_every_value_of_an_attribute_is_told_of(attribute):
 
 
 def test_the_table_is_that_of_the_code():
-    assert set(row("Real")[0]) == TYPES
+    assert set(row("Real")[0]) == ALL_NAMES
     assert set(row("Binary")[0]) == set(REFUSED)
     assert set(row("LinearTransformation")[0]) == {*TRANSFORMATIONS, "MapEntry"}
     assert set(row("ElementGeometry")[0]) == {*GRAPHICAL, "ConnectionGeometry", "Note"}

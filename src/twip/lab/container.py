@@ -29,7 +29,7 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
     inputs: dict[int, list[Name]] = {c.column: [] for c in system.open_connectors}
     outputs: dict[int, Name] = {}
     for copy in system.copies:
-        if copy.conversion.factor != 1.0 or copy.conversion.offset != 0.0:
+        if copy.conversion.affine.factor != 1.0 or copy.conversion.affine.offset != 0.0:
             problems.append(f"{_arrow(copy, columns)}: a container does not convert values")
         elif copy.source in names and copy.destination in names:
             connections.append(Connection(names[copy.source], names[copy.destination]))

@@ -75,7 +75,7 @@ def _refuse(system: System, coupling: Coupling) -> None:
     problems += [
         f"{copy.label}: a native container has no tables of values"
         for copy in system.copies
-        if copy.mapping is not None
+        if copy.conversion.mapping is not None
     ]
     if problems:
         raise TwipError("\n".join(problems))

@@ -19,20 +19,19 @@ from ..fmus.component import UNFIT
 from ..fmus.native import DECLINED, native_access
 from ..fmus.ports import InputGroup, OutputGroup, Ports
 from ..model.schedule import Schedule
-from ..values.types import EXACT, TYPES
+from ..values.types import EXACT, RECORDED_TYPES, TYPES
 from .execution import Execution
 
 IntTable = NDArray[np.int64]
 
+FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64 = range(3, 13)
 KINDS = {
     False: {"Real": 0, "String": 0, "Integer": 1, "Boolean": 2},
-    True: {
-        "Real": 3, "String": 3, "Float32": 4, "Int8": 5, "UInt8": 6, "Int16": 7, "UInt16": 8, "Integer": 9,
-        "UInt32": 10, "Int64": 11, "UInt64": 12, "Boolean": 13,
-    },
-}  # fmt: skip
-"""By whether the function is told the number of values (FMI 3): from 3 on. A String is a float64, see `text_access`."""
-FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64 = range(3, 13)
+    True: {name: number for number, name in enumerate(RECORDED_TYPES, FLOAT64)} | {"String": FLOAT64},
+}
+"""By whether the function is told the number of values (FMI 3): from 3 on, in the order of the types. A String is a
+float64, see `text_access`.
+"""
 _TYPE_OF = {kind: TYPES[name] for kinds in KINDS.values() for name, kind in kinds.items() if name != "String"}
 LEAST, MOST = (
     np.array([np.clip(bound, -EXACT, EXACT) for bound in bounds], np.float64)

@@ -12,8 +12,8 @@ from ..model.schedule import Schedule
 from ..model.system import ParameterLink, System
 from ..model.vector import Vector
 from ..reading.problems import Place
-from ..values.ssp_types import family
 from ..values.strings import text_of
+from ..values.types import family
 from ..values.written import StartValue, Value
 from .first_values import read_in_order
 from .fixed_point import Acceleration
@@ -79,7 +79,7 @@ def initialize(
         if connector.start is not None:
             values[connector.column] = connector.start
         elif connector.mirrored is not None:
-            shown = connector.mirrored.inverse(values[connector.mirrored.destination])
+            shown = connector.mirrored.conversion.inverse(values[connector.mirrored.destination])
             values[connector.column] = shown if math.isfinite(shown) else 0.0
     for column, value in driven.items():
         values[column] = value

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ..model.schedule import ComponentPorts, Group, Schedule
 from ..model.system import Component, Copy, System
-from ..values.ssp_types import family
-from ..values.variable import RECORDED_TYPES, Variable
+from ..values.types import RECORDED_TYPES, family
+from ..values.variable import Variable
 from .coupling import Coupling
 from .feedthrough import evaluation_order, split
 
@@ -63,13 +63,13 @@ def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()
         np.cumsum([0, *map(len, planned)], dtype=np.int32),
         np.array([c.destination for c in flat], np.int32),
         np.array([c.source for c in flat], np.int32),
-        np.array([c.conversion.factor for c in flat], np.float64),
-        np.array([c.conversion.offset for c in flat], np.float64),
+        np.array([c.conversion.affine.factor for c in flat], np.float64),
+        np.array([c.conversion.affine.offset for c in flat], np.float64),
         np.array([columns[c.destination] in coupling.mid_step for c in flat], np.bool_),
         np.array([index[owner[c.source][0]] if c.source in owner else len(index) for c in flat], np.int32),
         np.array([every.get(c.name, 1) for c in system.components], np.int64),
         np.array([every.get(owner[c.destination][0], 1) if c.destination in owner else 1 for c in flat], np.int64),
-        {i: c.mapping for i, c in enumerate(flat) if c.mapping is not None},
+        {i: c.conversion.mapping for i, c in enumerate(flat) if c.conversion.mapping is not None},
         tuple(c.label for c in flat),
         order.paths,
         tuple(cycles),

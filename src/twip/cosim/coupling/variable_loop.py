@@ -22,7 +22,7 @@ from ...errors import TwipError
 from ..fmus.component import ComponentError
 from ..model.system import System
 from ..model.time_grid import TimeGrid
-from ..values.ssp_types import family
+from ..values.types import family
 from .coupling import Coupling
 from .execution import Execution
 from .iterated_step import IteratedStep

@@ -9,13 +9,12 @@ import pathlib
 from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..reading.xml import Element, Reader
-from ..values.types import rule
+from ..values.types import FMI2_TYPES, TYPES
 from ..values.units import BASE_UNITS, Unit, lookup
 from ..values.variable import Variable
 from ..values.written import parse_value
 from .description_checks import refuse_twice, usable_nominal, usable_step
 
-_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 _INITIAL: dict[str, dict[str, str | None]] = {
     "constant": {"output": "exact", "local": "exact"},
     "fixed": {"parameter": "exact", "calculatedParameter": "calculated", "local": "calculated"},
@@ -83,7 +82,7 @@ class _Description(Reader):
         name, reference = self.required(item, "name"), self.integer(item, "valueReference")
         if reference is not None and not 0 <= reference < 2**32:
             self.problems.add(f"valueReference = {reference} of {name} must be a number of 32 bits", self.place(item))
-        values = [child for child in item if child.tag in _TYPES]
+        values = [child for child in item if child.tag in FMI2_TYPES]
         value = values[0] if values else None
         causality, variability = item.get("causality", "local"), item.get("variability", "continuous")
         initial = item.get("initial")
@@ -140,7 +139,7 @@ class _Description(Reader):
         kind = "Integer" if type_ == "Enumeration" else type_
         undetermined = type_ == "Real" and (text or "").strip() in ("INF", "-INF", "NaN")
         if text is not None and not undetermined and parse_value(text, kind) is None:
-            self.problems.add(f"start = {text!r} of variable {name} must be {rule(kind)}", self.place(value))
+            self.problems.add(f"start = {text!r} of variable {name} must be {TYPES[kind].rule}", self.place(value))
         return text
 
     def _feedthrough(

@@ -16,7 +16,7 @@ from lxml import etree
 from ..model.fmu import Fmu
 from ..reading.problems import Place, Problems
 from ..reading.xml import Element
-from ..values.types import NAMES
+from ..values.types import canonical
 from ..values.units import BASE_UNITS, Unit, lookup
 from ..values.variable import Variable
 from .description_checks import refuse_twice, usable_nominal, usable_step
@@ -197,7 +197,7 @@ class _Reader:
         variability = item.get("variability") or _variability(item, causality)
         if causality not in _ALLOWED.get(variability, ()):
             self.problems.add(f"variable {name}: there is no {variability} {causality}", self.place(item))
-        type_ = NAMES.get(item.tag, item.tag)
+        type_ = canonical(item.tag)
         minimum, maximum, nominal = (inherited(a) for a in ("min", "max", "nominal"))
         usable = usable_nominal(name, None if nominal is None else float(nominal), self.problems, self.place(item))
         bound = float if type_ in ("Real", "Float32") else int

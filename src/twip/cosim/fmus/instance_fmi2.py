@@ -4,14 +4,14 @@ import ctypes
 import math
 from typing import Any
 
-from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Integer, fmi2Real, fmi2String
+from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Real
 
+from ..values.types import TYPES
 from .component import DISCARD, Access, Instance
 from .messages import Callbacks
 from .text_access import text_getter, text_setter
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
-_C_TYPES = {"Real": fmi2Real, "Integer": fmi2Integer, "Boolean": fmi2Boolean, "String": fmi2String}
 
 
 class Fmi2Instance(Instance):
@@ -55,7 +55,7 @@ class Fmi2Instance(Instance):
 
     def _access(self, verb: str, type_: str) -> Access:
         name = f"{verb}{type_}"
-        return Access(name, self._function(name), _C_TYPES[type_], counts_values=False)
+        return Access(name, self._function(name), TYPES[type_].fmi2_type, counts_values=False)
 
     @property
     def stepper(self) -> int:

@@ -8,23 +8,7 @@ import ctypes
 from itertools import groupby
 from typing import Any
 
-from fmpy.fmi3 import (
-    FMU3Slave,
-    fmi3Boolean,
-    fmi3Float32,
-    fmi3Float64,
-    fmi3FMUState,
-    fmi3Int8,
-    fmi3Int16,
-    fmi3Int32,
-    fmi3Int64,
-    fmi3String,
-    fmi3UInt8,
-    fmi3UInt16,
-    fmi3UInt32,
-    fmi3UInt64,
-    fmi3ValueReference,
-)
+from fmpy.fmi3 import FMU3Slave, fmi3Boolean, fmi3Float64, fmi3FMUState, fmi3ValueReference
 
 from ..values.strings import text_of
 from ..values.types import TYPES
@@ -33,11 +17,6 @@ from ..values.written import StartValue, Value, parse_value
 from .component import UNFIT, Access, Instance
 from .text_access import text_getter, text_setter
 
-_C_TYPES = {
-    "Real": fmi3Float64, "Float32": fmi3Float32, "Int8": fmi3Int8, "UInt8": fmi3UInt8, "Int16": fmi3Int16,
-    "UInt16": fmi3UInt16, "Integer": fmi3Int32, "UInt32": fmi3UInt32, "Int64": fmi3Int64, "UInt64": fmi3UInt64,
-    "Boolean": fmi3Boolean, "String": fmi3String,
-}  # fmt: skip
 BLOCK = 5
 """Words of the block."""
 
@@ -112,7 +91,7 @@ class Fmi3Instance(Instance):
 
     def _access(self, verb: str, type_: str) -> Access:
         name = f"{verb}{TYPES[type_].fmi3}"
-        return Access(name, self._function(name), _C_TYPES[type_], counts_values=True)
+        return Access(name, self._function(name), TYPES[type_].fmi3_type, counts_values=True)
 
     @property
     def stepper(self) -> int:

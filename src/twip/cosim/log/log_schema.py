@@ -25,8 +25,7 @@ from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto
 from numpy.typing import NDArray
 
 from ..model.signals import Channel, Signal
-from ..values.ssp_types import family
-from ..values.types import TYPES
+from ..values.types import TYPES, family
 
 FORMAT = "1"
 EVENT_TOPIC = "/log"

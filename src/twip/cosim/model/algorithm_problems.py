@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ..reading.wording import did_you_mean
-from ..values.ssp_types import family
+from ..values.types import family
 from .algorithm import COUPLINGS, Algorithm
 from .system import Component, Copy
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ..values.shapes import Shape, shapes_of
+from ..values.types import RECORDED_TYPES
 from ..values.units import Unit
-from ..values.variable import RECORDED_TYPES, Variable
+from ..values.variable import Variable
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from ..reading.archive import Workspace
 from ..reading.arguments import by_name
 from ..values.conversion import Conversion
 from ..values.names import Key, full_name
-from ..values.transformation import Items, Mapping
-from ..values.units import Affine
+from ..values.transformation import Items
 from ..values.variable import Variable
 from ..values.written import StartValue, Value
 from .experiment import Experiment
@@ -39,21 +38,15 @@ class Component:
 
 @dataclass(frozen=True)
 class Copy:
-    """`destination = factor * source + offset`, both columns of the recorded table."""
+    """What a column of the recorded table takes from another one."""
 
     destination: int
     source: int
-    conversion: Affine
+    conversion: Conversion
     used_by: tuple[str, ...] = ()
     """Components whose step needs the value; empty for an output of a system, which is copied after all steps."""
-    mapping: Mapping | None = None
-    """Replaces the value by a table, in place of the conversion."""
     label: str = ""
     """Both ends, for messages."""
-
-    def inverse(self, value: float) -> float:
-        """Return the source that gives the destination `value`."""
-        return self.conversion.inverse(value) if self.mapping is None else self.mapping.inverse(value)
 
 
 @dataclass(frozen=True)

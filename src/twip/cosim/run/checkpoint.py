@@ -168,9 +168,11 @@ def identify(system: System, grid: TimeGrid, coupling: Coupling, scenario: Scena
             is_text = signals[connector.column].type == "String"
             result[f"start value {names[connector.column]}"] = text_of(connector.start) if is_text else connector.start
     for copy in system.copies:
-        factor, offset = copy.conversion.factor, copy.conversion.offset
-        mapped = "" if copy.mapping is None else f" by {sorted(copy.mapping.table.items())}, {copy.mapping.keeps}"
-        result[f"connection to {names[copy.destination]}"] = f"{names[copy.source]} * {factor!r} + {offset!r}{mapped}"
+        affine, mapping = copy.conversion.affine, copy.conversion.mapping
+        mapped = "" if mapping is None else f" by {sorted(mapping.table.items())}, {mapping.keeps}"
+        result[f"connection to {names[copy.destination]}"] = (
+            f"{names[copy.source]} * {affine.factor!r} + {affine.offset!r}{mapped}"
+        )
     for link in system.parameter_links:
         result[f"connection to {link.component}.{link.variable.name}"] = f"{names[link.source]} {link.conversion!r}"
     return result

@@ -18,8 +18,8 @@ from ..log.log_event import clean
 from ..log.sole_file import InUseError, SoleFile
 from ..model.signals import TIME, Channel, columns
 from ..reading.wording import nearest
-from ..values.ssp_types import family
 from ..values.strings import text_of
+from ..values.types import family
 from .pace import RealTime
 
 _DTYPES = {"Real": "f8", "Integer": "i8", "Boolean": "?", "String": "O"}

@@ -10,8 +10,8 @@ from ..reading.problems import Place, Problems
 from ..reading.toml import shown
 from ..reading.wording import did_you_mean
 from ..values.conversion import Conversion
-from ..values.ssp_types import family
 from ..values.transformation import Items
+from ..values.types import family
 from ..values.written import cannot_travel, in_vector
 from .faults import kinds
 from .faults.base import Amount, Fault, Key
@@ -82,7 +82,7 @@ class FaultEntries(Entries):
             text = f"{label}: no time series drives {self.names[beginning]}, its {carry} nothing"
             self.problems.add(text, place)
         elif leaving:
-            return column, tuple((c.destination, Conversion(c.conversion, c.mapping)) for c in leaving)
+            return column, tuple((c.destination, c.conversion) for c in leaving)
         elif column not in carrying and any(c.destination == column for c in copies):
             self.problems.add(f"{label}: {name} is a connector: name the output or the input behind it", place)
         elif not any(c.destination == column for c in copies):

@@ -21,7 +21,7 @@ from ..model.system import System
 from ..reading.files import is_endless
 from ..reading.problems import Place, Problems
 from ..reading.wording import did_you_mean
-from ..values.ssp_types import family
+from ..values.types import family
 from ..values.written import cannot_travel, in_vector, parse_value
 from .targets import RULES, Target, ends_of, objections, signal_type
 

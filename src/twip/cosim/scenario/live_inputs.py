@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...errors import TwipError
 from ..model.system import System
 from ..reading import arguments
-from ..values.ssp_types import family
+from ..values.types import family
 from ..values.variable import Variable
 from ..values.written import cannot_travel
 from .inputs import InputSeries, find_target
@@ -136,8 +136,8 @@ def limits(system: System, column: int) -> tuple[float, float]:
     found = [] if own is None else [_bounds(own)]
     for copy in system.copies:
         fed = _input(system, copy.destination)
-        if copy.source == column and copy.mapping is None and fed is not None:
-            low, high = sorted(copy.inverse(bound) for bound in _bounds(fed))
+        if copy.source == column and copy.conversion.mapping is None and fed is not None:
+            low, high = sorted(copy.conversion.inverse(bound) for bound in _bounds(fed))
             found.append((low, high))
     if not found:
         return -MOST_NOMINALS, MOST_NOMINALS

@@ -11,7 +11,7 @@ from ..reading.files import is_special
 from ..reading.problems import Problems
 from ..reading.toml import TomlFile, number, shown
 from ..reading.wording import did_you_mean
-from ..values.types import rule
+from ..values.types import TYPES
 from ..values.written import StartValue, cannot_travel, in_vector, out_of_range
 from .fault_entries import FaultEntries
 from .inputs import InputSeries, find_target, held_connectors, read_inputs, series_of
@@ -159,7 +159,7 @@ class _Reader(Entries):
         place = self.file.place("parameters", index, "value")
         value = typed(entry["value"], variable.type, variable.items)
         if value is None:
-            said = f"parameters[{index}]: {name} = {shown(entry['value'])} must be {rule(variable.type)}"
+            said = f"parameters[{index}]: {name} = {shown(entry['value'])} must be {TYPES[variable.type].rule}"
             self.problems.add(said, place)
             return None
         for problem in out_of_range(variable, value):

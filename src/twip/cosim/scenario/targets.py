@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 from ..model.system import System
 from ..values.conversion import Conversion
-from ..values.ssp_types import family
 from ..values.transformation import Items
-from ..values.types import TYPES, misfit, rule
+from ..values.types import TYPES, family, misfit
 from ..values.variable import Variable
 from ..values.written import Value, out_of_range
 
-RULES = {name: rule(name) for name in TYPES} | {
+RULES = {name: kind.rule for name, kind in TYPES.items()} | {
     "Real": "a finite number",
     "Boolean": "true, false, 1 or 0",
-    "Enumeration": "an item of the enumeration",
 }
 """What a value of a type must be."""
 
@@ -66,7 +64,7 @@ def ends_of(system: System, column: int) -> tuple[End, ...]:
     if own is not None and own.causality == "input":
         return (End(names[column], own),)
     return tuple(
-        End(names[c.destination], variables[c.destination], Conversion(c.conversion, c.mapping))
+        End(names[c.destination], variables[c.destination], c.conversion)
         for c in system.copies
         if c.source == column and c.destination in variables
     )

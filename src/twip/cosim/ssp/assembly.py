@@ -11,9 +11,8 @@ from ..model.system import Component, Copy, OpenConnector, ParameterLink, System
 from ..reading.archive import Workspace
 from ..reading.problems import Place, Problems
 from ..values.names import Key, full_name
-from ..values.ssp_types import family
 from ..values.transformation import Items
-from ..values.variable import RECORDED_TYPES
+from ..values.types import RECORDED_TYPES, family
 from ..values.written import cannot_travel, parse_value
 from .links import Link, Port
 from .parameters import Assignments
@@ -85,8 +84,7 @@ class _Assembly:
             self.problems.add(f"connector {TIME}: {TIME} is the name of the independent variable", place)
         index = {(c.component, s.name): i for i, (c, s) in enumerate((c, s) for c in channels for s in c.signals)}
         copies = [
-            Copy(index[key], index[link.source.key], link.conversion.affine, self._used_by(key),
-                 link.conversion.mapping, link.label)
+            Copy(index[key], index[link.source.key], link.conversion, self._used_by(key), link.label)
             for key, link in self.wiring.links.items()
             if key in index and link.source.key in index
         ]  # fmt: skip
@@ -214,7 +212,7 @@ class _Assembly:
     def _open(self, key: Key, index: dict[Key, int]) -> OpenConnector:
         mirrored = next(
             (
-                Copy(index[k], index[key], link.conversion.affine, (), link.conversion.mapping, link.label)
+                Copy(index[k], index[key], link.conversion, (), link.label)
                 for k, link in self.wiring.fed_by(key)
                 if k[0] in self.fmus and k in index and link.conversion.affine.factor
             ),

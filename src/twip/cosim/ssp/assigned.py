@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 from ..reading.problems import Place, Problems
 from ..values.conversion import Conversion
 from ..values.names import Key, full_name
-from ..values.ssp_types import family
-from ..values.types import EXACT, misfit, to_float32
+from ..values.types import EXACT, family, misfit, to_float32
 from ..values.units import Unit
 from ..values.variable import Variable
 from ..values.written import StartValue, Value, Written, cannot_travel, in_vector, out_of_range, take

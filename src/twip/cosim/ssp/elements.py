@@ -2,7 +2,6 @@
 
 from ..reading.problems import Problems
 from ..reading.xml import Element, Reader, name_of
-from ..values.ssp_types import TYPE_ELEMENTS, TypeChoice, read_type
 from ..values.transformation import TRANSFORMATIONS, read_transformation
 from .bindings import read_bindings, read_outside
 from .structure import (
@@ -17,6 +16,7 @@ from .structure import (
     Document,
     SystemElement,
 )
+from .type_elements import TYPE_ELEMENTS, TypeChoice, read_type
 
 KINDS = ("input", "output", "parameter", "calculatedParameter", "structuralParameter", "constant", "local", "inout")
 """Kinds of connectors; `inout` on references to signal dictionaries only."""

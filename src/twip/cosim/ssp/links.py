@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from ..reading.problems import Place, Problems
 from ..values.conversion import Conversion
 from ..values.names import Key, full_name
-from ..values.ssp_types import family, holds
 from ..values.transformation import Items, Mapping, tabulate
-from ..values.types import EXACT, misfit
+from ..values.types import EXACT, TYPES, family, holds, misfit
 from ..values.units import IDENTITY, Unit, UnitMismatchError, conversion
-from ..values.variable import RECORDED_TYPES, Variable
+from ..values.variable import Variable
 from .kinds import GIVING
 from .structure import Connection
 
@@ -138,7 +137,7 @@ def _types_fit(chain: list[Edge], problems: Problems) -> bool:
         transformation = edge.connection.transformation
         said = ""
         for type_ in (before, after):
-            if family(type_) not in (*RECORDED_TYPES, "Enumeration"):
+            if family(type_) not in TYPES:
                 said = f"connections of type {type_} are not supported"
         if not said and transformation is not None:
             said = transformation.misfit(before, after)

@@ -8,11 +8,10 @@ from lxml import etree
 
 from ...outputs import write_file
 from ..model.system import System
-from ..values.types import TYPES
+from ..values.types import FMI2_TYPES, TYPES
 from ..values.units import BASE_UNITS, Unit
 from ..values.written import Value, parse_value
 
-_SSP1 = ("Real", "Integer", "Boolean", "String", "Enumeration")
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
@@ -47,14 +46,14 @@ def parameters_of(system: System) -> list[Entry]:
 def write_parameter_set(path: pathlib.Path, name: str, entries: Iterable[Entry]) -> None:
     """Write a parameter set called `name` to `path`. Raises `TwipError` when the file cannot be written."""
     entries = list(entries)
-    version = "1.0" if all(entry.type in _SSP1 for entry in entries) else "2.0"
+    version = "1.0" if all(entry.type in FMI2_TYPES for entry in entries) else "2.0"
     root = etree.Element(f"{{{SSV}}}ParameterSet", {"version": version, "name": name}, nsmap={"ssc": SSC, "ssv": SSV})
     parameters = etree.SubElement(root, f"{{{SSV}}}Parameters")
     units: dict[str, Unit] = {}
     for entry in entries:
         parameter = etree.SubElement(parameters, f"{{{SSV}}}Parameter", {"name": entry.name})
         text = str(entry.value).lower() if isinstance(entry.value, bool) else str(entry.value)
-        element = entry.type if version == "1.0" or entry.type not in TYPES else TYPES[entry.type].fmi3
+        element = entry.type if version == "1.0" else TYPES[entry.type].fmi3
         value = etree.SubElement(parameter, f"{{{SSV}}}{element}", {"value": text})
         if entry.unit is not None and entry.unit.exponents is not None:
             value.set("unit", entry.unit.name)

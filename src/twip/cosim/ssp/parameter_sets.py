@@ -6,7 +6,7 @@ from ..reading.problems import Place, Problems
 from ..reading.wording import some_of
 from ..values.names import Key, full_name
 from ..values.shapes import shape_text
-from ..values.ssp_types import family
+from ..values.types import family
 from ..values.units import Unit, lookup
 from ..values.variable import Variable
 from ..values.written import Written

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from ..reading.problems import Place, Problems
 from ..reading.xml import METADATA_ATTRIBUTES, Element, name_of
-from ..values.ssp_types import TYPE_ELEMENTS, Enumeration, TypeChoice, read_enumerations, read_type
 from ..values.units import Unit
 from .schemas import opened
+from .type_elements import TYPE_ELEMENTS, Enumeration, TypeChoice, read_enumerations, read_type
 from .unit_definitions import read_units
 
 

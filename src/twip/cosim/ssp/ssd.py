@@ -7,11 +7,11 @@ from ..model.experiment import Experiment
 from ..reading.files import Location
 from ..reading.problems import Problems
 from ..reading.xml import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
-from ..values.ssp_types import read_enumerations
 from .algorithm_annotation import read_algorithm
 from .elements import read_system
 from .schemas import opened
 from .structure import Document, SystemElement
+from .type_elements import read_enumerations
 from .unit_definitions import read_units
 
 

@@ -9,9 +9,10 @@ from ..reading.files import read_file
 from ..reading.problems import Place, Problems
 from ..reading.xml import METADATA_ATTRIBUTES, Element, Reader, name_of
 from ..values.shapes import Shape, indices, shape_text
-from ..values.ssp_types import REFUSED, TYPES, Enumeration, canonical, family, limits, read_enumerations
+from ..values.types import ALL_NAMES, canonical, family, limits
 from ..values.units import Unit
 from .schemas import opened
+from .type_elements import REFUSED, Enumeration, read_enumerations
 from .unit_definitions import read_units
 
 
@@ -75,7 +76,7 @@ def _read_parameter(
 ) -> list[Parameter]:
     values: list[Element] = []
     shape: list[int] = []
-    for child in reader.children(element, {*TYPES, *REFUSED, "Dimension"}):
+    for child in reader.children(element, {*ALL_NAMES, *REFUSED, "Dimension"}):
         if name_of(child) != "Dimension":
             values.append(child)
             continue

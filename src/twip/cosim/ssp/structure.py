@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from ..reading.files import Location
 from ..reading.problems import Place
 from ..reading.xml import Element
-from ..values.ssp_types import Enumeration, TypeChoice
 from ..values.transformation import Transformation
 from ..values.units import Unit
+from .type_elements import Enumeration, TypeChoice
 
 FMU = "application/x-fmu-sharedlibrary"
 DEFINITION = "application/x-ssp-definition"

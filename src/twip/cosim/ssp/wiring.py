@@ -6,13 +6,14 @@ from functools import cached_property
 from ..model.fmu import Fmu
 from ..reading.problems import Problems
 from ..values.names import Key, full_name
-from ..values.ssp_types import Enumeration, canonical
 from ..values.transformation import Items
+from ..values.types import canonical
 from ..values.units import UnitMismatchError, conversion, lookup
 from .dictionaries import Dictionaries
 from .kinds import ALLOWED, refusal
 from .links import Edge, Link, Port, differences, trace
 from .structure import ComponentElement, Connection, Connector, DictionaryReference, Document, SystemElement, join
+from .type_elements import Enumeration
 
 
 @dataclass

@@ -13,7 +13,7 @@ from ..reading.wording import nearest
 from ..ssp.arrays import MAXIMUM_SIZE
 from ..ssp.structure import ComponentElement, Connector, SystemElement, system_around
 from ..values.shapes import Shape, indices, shape_text
-from ..values.ssp_types import canonical, family
+from ..values.types import canonical, family
 from ..values.units import Unit, UnitMismatchError, conversion, lookup
 from ..values.variable import Variable
 from .swap_map import SwapMap

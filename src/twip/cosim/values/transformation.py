@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from ..reading.problems import Place, Problems
 from ..reading.xml import Element, Reader, name_of
-from .ssp_types import family, limits
+from .types import family, limits
 from .units import IDENTITY, Affine
 
 _KINDS = {

@@ -2,10 +2,8 @@
 
 from dataclasses import dataclass
 
-from .types import TYPES
+from .types import RECORDED_TYPES
 from .units import Unit
-
-RECORDED_TYPES = tuple(TYPES)
 
 
 @dataclass(frozen=True)

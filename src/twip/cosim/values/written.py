@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 from ..reading.problems import Place, Problems
-from .ssp_types import family
 from .strings import number_of, passes
 from .transformation import Items, Transformation, tabulate
-from .types import TYPES, misfit, rule, to_float32
+from .types import TYPES, family, misfit, to_float32
 from .units import Unit, UnitMismatchError, conversion
 from .variable import Variable
 
@@ -93,7 +92,7 @@ def _parse(name: str, target: str, items: Items, text: str, written: Written, pr
     value = parse_value(text, target, items) if fits else None
     if value is None:
         wrong = "" if fits else f", not {written.type}"
-        problems.add(f"{name} = {text!r} must be {rule(target)}{wrong}", written.place)
+        problems.add(f"{name} = {text!r} must be {TYPES[target].rule}{wrong}", written.place)
     return value
 
 
