@@ -10,7 +10,7 @@ from ..fmus.protocols import AnyPorts
 from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.vector import Vector
-from .plain_step import copy_value
+from .copies import Copies
 from .scheduling import feedthrough_of
 
 
@@ -26,7 +26,8 @@ class Reading:
     """What has been read and set so far."""
 
     def __init__(self, system: System, schedule: Schedule, ports: Sequence[AnyPorts], values: Vector):
-        self._system, self._schedule, self._ports, self._values = system, schedule, ports, values
+        self._system, self._schedule, self._ports = system, schedule, ports
+        self._copies = Copies(schedule, values)
         self._unread: list[dict[int, frozenset[str]]] = []
         """For each component the columns of its outputs that are not known, and the inputs they depend on."""
         inputs: dict[int, tuple[int, str]] = {}
@@ -55,7 +56,7 @@ class Reading:
         """Do what copies can be done, and return the columns of the outputs that can be read after that."""
         waiting = self._waiting[component]
         for copy in [c for c in waiting if int(self._schedule.source[c]) not in self._unknown]:
-            copy_value(self._schedule, copy, self._values)
+            self._copies.do(copy)
             del waiting[copy]
         blocked = set(waiting.values())
         return [column for column, needed in self._unread[component].items() if blocked.isdisjoint(needed)]

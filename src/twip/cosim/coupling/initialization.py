@@ -15,19 +15,19 @@ from ..reading.problems import Place
 from ..values.strings import text_of
 from ..values.types import family
 from ..values.written import StartValue, Value
+from .copies import Copies
 from .first_values import read_in_order
 from .fixed_point import Acceleration
-from .plain_step import copy_value
 
 MAXIMUM_PASSES = 100
 _TOLERANCE = 1e-12
 """Relative to a variable's magnitude or nominal value: a few dozen roundings of a double."""
 
 
-def copy_stage(schedule: Schedule, stage: int, values: Vector, refused: dict[int, float]) -> None:
-    """Do the copies of one stage; those that `copy_value` does not do are added to `refused`, with their value."""
+def copy_stage(schedule: Schedule, stage: int, copies: Copies, refused: dict[int, float]) -> None:
+    """Do the copies of one stage; those that are not done are added to `refused`, with their value."""
     for copy in range(schedule.stage_copies[stage], schedule.stage_copies[stage + 1]):
-        value = copy_value(schedule, copy, values)
+        value = copies.do(copy)
         if value is not None:
             refused[copy] = value
 
@@ -84,7 +84,7 @@ def initialize(
     for column, value in driven.items():
         values[column] = value
     read_in_order(system, schedule, ports, values)
-    stages = len(schedule.stage_order) - 1
+    stages, copies = len(schedule.stage_order) - 1, Copies(schedule, values)
     nominal = [v.nominal for c in system.components for v in c.inputs + c.outputs]
     changing: list[int] = []
     refused: dict[int, float] = {}
@@ -103,7 +103,7 @@ def initialize(
                 if number > 0:  # what they come from has been read
                     unfit = pass_parameters(system.parameter_links, by_name, values)
                 for stage in range(stages):
-                    copy_stage(schedule, stage, values, refused)
+                    copy_stage(schedule, stage, copies, refused)
                     for i in schedule.order[schedule.stage_order[stage] : schedule.stage_order[stage + 1]]:
                         ports[i].set_inputs()
                         ports[i].get_outputs()
@@ -131,7 +131,7 @@ def initialize(
         instance.finish_initialization()
     for port in ports:
         port.get_outputs()
-    copy_stage(schedule, stages - 1, values, refused)
+    copy_stage(schedule, stages - 1, copies, refused)
     _refuse(schedule, refused, times[0])
     if not changing:
         return []

@@ -2,8 +2,7 @@
 
 import math
 
-from ..model.schedule import Schedule
-from ..model.vector import Vector
+from .copies import Copies
 from .execution import Execution
 
 Interval = tuple[float, float]
@@ -15,20 +14,19 @@ class PlainStep:
 
     def __init__(self, execution: Execution):
         plan = execution.schedule
-        arrays = (
-            plan.destination, plan.source, plan.factor, plan.offset, plan.copy_every, plan.middle, plan.owner,
-        )  # fmt: skip
-        copies = list(enumerate(zip(*(a.tolist() for a in arrays), strict=True)))
         every = plan.every.tolist()
         self._stages = [
             (
-                copies[plan.stage_copies[s] : plan.stage_copies[s + 1]],
+                range(plan.stage_copies[s], plan.stage_copies[s + 1]),
                 [(i, every[i]) for i in plan.order[plan.stage_order[s] : plan.stage_order[s + 1]].tolist()],
             )
             for s in range(len(plan.stage_order) - 1)
         ]
         self._driven = list(zip(execution.driven.tolist(), execution.driven_every.tolist(), strict=True))
         self._execution = execution
+        self._copies = Copies(plan, execution.values)
+        self._copy_every, self._middle = plan.copy_every.data, plan.middle.data
+        self._owner = plan.owner.data
 
     def do(
         self, turn: int, times: Interval, step_size: float, driven: list[float], positions: Interval | None = None
@@ -51,22 +49,19 @@ class PlainStep:
             self._do_stage(stage, turn, times, step_size, positions)
 
     def _do_stage(self, stage: int, turn: int, times: Interval, step_size: float, positions: Interval) -> None:
-        values, reached, (begin, end) = self._execution.values, self._execution.reached, positions
+        reached, (begin, end) = self._execution.reached, positions
         copies, components = self._stages[stage]
-        mappings = self._execution.schedule.mappings
-        for index, (destination, source, factor, offset, every, middle, owner) in copies:
+        for copy in copies:
+            every = self._copy_every[copy]
             if turn % every == 0:
-                value = factor * values[source] + offset
-                if index in mappings:
-                    mapped = mappings[index](int(value))
-                    if mapped is None:
-                        raise self._execution.schedule.refusal(index, value, float(self._execution.clock[0]))
-                    value = float(mapped)
-                if middle:
-                    value = self._at(end - 0.5 * every * (end - begin), index, value, float(reached[owner]))
-                if not math.isfinite(value):
-                    raise self._execution.schedule.refusal(index, value, float(self._execution.clock[0]))
-                values[destination] = value
+                value = self._copies.brought(copy)
+                if value is not None and self._middle[copy]:
+                    wanted = end - 0.5 * every * (end - begin)
+                    value = self._at(wanted, copy, value, float(reached[self._owner[copy]]))
+                if value is None or not math.isfinite(value):
+                    value = self._copies.refused(copy, value)
+                    raise self._execution.schedule.refusal(copy, value, float(self._execution.clock[0]))
+                self._copies.put(copy, value)
         due = [(component, every) for component, every in components if turn % every == 0]
         ahead = due if self._execution.side_by_side else []
         for component, every in ahead:
@@ -99,19 +94,3 @@ class PlainStep:
         port.instance.step(begin, every * step_size)
         clock[0] = times[1]
         port.ask_outputs()
-
-
-def copy_value(schedule: Schedule, copy: int, values: Vector) -> float | None:
-    """Do a copy of the schedule; return a value that its table does not have or that is not finite, with nothing
-    done.
-    """
-    value: float = float(schedule.factor[copy]) * values[schedule.source[copy]] + float(schedule.offset[copy])
-    if not math.isfinite(value):
-        return value
-    if copy in schedule.mappings:
-        mapped = schedule.mappings[copy](int(value))
-        if mapped is None:
-            return value
-        value = float(mapped)
-    values[schedule.destination[copy]] = value
-    return None
