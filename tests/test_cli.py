@@ -182,7 +182,7 @@ def test_an_fmu_that_fails_in_the_middle_keeps_the_log_up_to_there(ssp, tmp_path
     log = read(tmp_path / "logs" / "robot.mcap")
     assert log.complete
     assert 0.19 < log.times[-1] < 0.21
-    assert any(event.level == "error" and "plant" in event.message for event in log.events)
+    assert any(event.level == "error" and "plant" in event.text for event in log.events)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_the_robot_survives_a_bad_day(built, tmp_path):
     assert len(set(found["left.encoder_count"][lost])) > 1
     assert np.degrees(np.abs(found["plant.pitch"][times > 3.0])).max() < 12.0  # 9.9 degrees at the push
     assert abs(found["plant.yaw"][-1] - 0.5) < 0.02
-    assert [(e.time, e.message) for e in found.events if e.level == "info"][:4] == [
+    assert [(e.time, e.text) for e in found.events if e.level == "info"][:4] == [
         (5.0, "fault begins: imu.gyro is biased by 0.02 rad/s"),
         (6.0, "fault begins: estimator.left.encoder_count drops out"),
         (6.05, "fault ends: estimator.left.encoder_count drops out"),

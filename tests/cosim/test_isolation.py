@@ -73,7 +73,7 @@ def test_a_crash_or_hang_in_a_step_leaves_the_rows_before_it(faulty_folder, tmp_
     logged = playback.read(log)
     assert logged.complete
     assert logged["bad.z"].tolist() == table["bad.z"].tolist()
-    assert failure in [event.message for event in logged.events]
+    assert failure in [event.text for event in logged.events]
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def told(path, isolate, **start_values):
                 loaded, stop_time=1.0, step_size=0.1, coupling="jacobi", loop="python", isolate=isolate,
                 sinks=[table, McapLog(log, loaded.channels, {})],
             )  # fmt: skip
-        messages = [(event.time, event.source, event.message) for event in playback.read(log).events]
+        messages = [(event.time, event.source, event.text) for event in playback.read(log).events]
     return str(failure.value), table.times.tolist(), messages
 
 

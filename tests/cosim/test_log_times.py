@@ -84,7 +84,7 @@ def test_variable_steps_below_a_nanosecond_are_told_once(tmp_path):
         log.check_times(0.0, 1.0, 1e-6)
         log.write(np.array([0.0, 1e-3, 1e-3 + 1e-11]), np.zeros((3, 1)))
         log.write(np.array([1e-3 + 2e-11, 0.5, 0.5, 1.0]), np.zeros((4, 1)))  # two rows of one time are no news
-    messages = [(m.time, m.level, m.message) for m in read_log(tmp_path / "a.mcap").events]
+    messages = [(m.time, m.level, m.text) for m in read_log(tmp_path / "a.mcap").events]
     assert messages == [
         (0.001, "warning", "rows less than 1 ns apart share a time in the log, which keeps whole nanoseconds")
     ]

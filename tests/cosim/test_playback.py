@@ -86,7 +86,7 @@ def test_everything_comes_back(log, whole, table):
     assert [whole[name].dtype for name in columns(CHANNELS)] == [float, float, np.int64, bool, float, float]
     # Times are kept in whole nanoseconds; back in seconds they are right to half of one and a rounding of the sum.
     assert np.max(np.abs(whole.times - (1.5 + 0.001 * np.arange(ROWS)))) <= 0.5e-9 + 2**-52
-    assert [(e.level, e.source, e.message) for e in whole.events] == [
+    assert [(e.level, e.source, e.text) for e in whole.events] == [
         ("warning", "plant", "wobbles"),
         ("info", "", "ends"),
     ]

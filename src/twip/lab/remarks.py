@@ -23,4 +23,4 @@ def remarks(log: Playback) -> Iterator[str]:
         yield f"continues a run from a checkpoint at {log.times[0]:.6g} s: what was before is in another log"
     ended = next((event for event in reversed(log.events) if event.level == "error" and not event.source), None)
     if ended is not None:
-        yield f"an error ended the run at {ended.time:.6g} s: {clear(ended.message.partition(chr(10))[0])}"
+        yield f"an error ended the run at {ended.time:.6g} s: {clear(ended.text.partition(chr(10))[0])}"

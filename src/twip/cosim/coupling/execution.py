@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fmus.messages import Message
 from ..fmus.protocols import AnyPorts
+from ..model.message import Message
 from ..model.schedule import Schedule
 from ..model.time_grid import TimeGrid
 from ..model.vector import Vector

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
+from ..model.message import Message
 from ..model.system import Component
 from ..values.strings import number_of, text_of
 from ..values.variable import Variable
 from ..values.written import StartValue, Value
-from .messages import LEVELS, Message
+from .messages import LEVELS
 from .sudden_end import watch
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")

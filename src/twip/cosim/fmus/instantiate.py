@@ -5,11 +5,11 @@ import pathlib
 import numpy as np
 from numpy.typing import NDArray
 
+from ..model.message import Message
 from ..model.system import Component
 from .component import Instance
 from .instance_fmi2 import Fmi2Instance
 from .instance_fmi3 import Fmi3Instance
-from .messages import Message
 
 
 def instantiate(

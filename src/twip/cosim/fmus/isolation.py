@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...platform import end_session
+from ..model.message import Message
 from ..model.schedule import Schedule
 from ..model.system import Component
 from ..model.vector import Vector
@@ -45,7 +46,6 @@ from .isolation_wire import (
     Start,
     Wire,
 )
-from .messages import Message
 
 TIME_LIMIT = 10.0
 """Longest that a call may take by default, in s."""

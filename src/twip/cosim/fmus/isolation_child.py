@@ -14,6 +14,7 @@ import numpy as np
 
 from ...errors import TwipError
 from ...platform import END_SIGNALS, end_with
+from ..model.message import Message
 from ..values import strings
 from .component import ComponentError, EndRequestedError
 from .instantiate import instantiate
@@ -36,7 +37,6 @@ from .isolation_wire import (
     Start,
     Wire,
 )
-from .messages import Message
 from .ports import Ports
 
 

@@ -8,7 +8,6 @@ message.
 import ctypes
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from fmpy import calloc, free
 from fmpy.fmi2 import (
@@ -21,16 +20,6 @@ from fmpy.logging import addLoggerProxy
 
 LEVELS = ("info", "warning", "warning", "error", "fatal", "info")
 """Level of a message by its FMI status: ok, warning, discard, error, fatal, pending."""
-
-
-@dataclass(frozen=True)
-class Message:
-    """One message; `time` is the simulated time in s at which it was received."""
-
-    time: float
-    level: str
-    source: str
-    text: str
 
 
 _receivers: dict[int, Callable[[int, str], None]] = {}

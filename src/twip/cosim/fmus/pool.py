@@ -5,10 +5,10 @@ import pathlib
 import numpy as np
 from numpy.typing import NDArray
 
+from ..model.message import Message
 from ..model.system import Component
 from .component import Instance
 from .instantiate import instantiate
-from .messages import Message
 from .protocols import AnyInstance
 
 

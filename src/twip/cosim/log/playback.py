@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from twip.cosim.log import log_event, log_texts
 
 from ...errors import TwipError
+from ..model.message import Message
 from ..model.signals import Channel, columns
 from ..reading.wording import nearest
 from ..values.strings import number_of
@@ -26,16 +27,6 @@ from .log_schema import FORMAT, WIRES, Layout, read_schema
 
 class ForeignLogError(TwipError):
     """The file is a sound MCAP file that twip has not written."""
-
-
-@dataclass(frozen=True)
-class Event:
-    """A message of a component or of the master; `level` as in `Sink.event`, `time` in s."""
-
-    time: float
-    level: str
-    source: str
-    message: str
 
 
 @dataclass(frozen=True)
@@ -51,7 +42,7 @@ class Playback:
     channels: tuple[Channel, ...]
     times: NDArray[np.float64] = field(repr=False)
     signals: Mapping[str, NDArray[Any]] = field(repr=False)
-    events: tuple[Event, ...]
+    events: tuple[Message, ...]
     metadata: Mapping[str, Mapping[str, str]]
     attachments: tuple[Attachment, ...]
     complete: bool
@@ -121,7 +112,7 @@ def _playback(path: Path, found: Scan) -> Playback:
     start_time = float(next(iter(ours.values())).metadata["twip.start_time"])
     channels: list[Channel] = []
     signals: dict[str, NDArray[Any]] = {}
-    events: list[Event] = []
+    events: list[Message] = []
     texts: list[tuple[log_texts.TextReader, list[NDArray[np.uint8]]]] = []
     nanoseconds: NDArray[np.uint64] | None = None
     for channel_id, record in sorted(ours.items()):
@@ -202,8 +193,8 @@ def _messages(bodies: list[NDArray[np.uint8]]) -> Iterator[tuple[int, bytes]]:
         yield time, messages[i][BODY_HEAD:]
 
 
-def _events(bodies: list[NDArray[np.uint8]], start_time: float) -> list[Event]:
-    return [Event(start_time + time / 1e9, *log_event.decode(data)) for time, data in _messages(bodies)]
+def _events(bodies: list[NDArray[np.uint8]], start_time: float) -> list[Message]:
+    return [Message(start_time + time / 1e9, *log_event.decode(data)) for time, data in _messages(bodies)]
 
 
 def _suggestion(name: str, known: Mapping[str, object]) -> str:

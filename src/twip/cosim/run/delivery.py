@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..fmus.messages import Message
+from ..model.message import Message
 from ..model.signals import Sink
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ...errors import TwipError
 from ..coupling.variable_loop import VariableSteps
-from ..fmus.messages import Message
 from ..log.log_event import clean
 from ..log.sole_file import InUseError, SoleFile
+from ..model.message import Message
 from ..model.signals import TIME, Channel, columns
 from ..reading.wording import nearest
 from ..values.strings import text_of

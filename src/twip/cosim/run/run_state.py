@@ -14,9 +14,9 @@ from ..coupling.execution import Execution
 from ..coupling.scheduling import make_schedule
 from ..coupling.variable_loop import VariableSteps
 from ..fmus.isolation import Isolation
-from ..fmus.messages import Message
 from ..fmus.pool import InstancePool
 from ..fmus.protocols import AnyInstance
+from ..model.message import Message
 from ..model.schedule import Schedule
 from ..model.system import System
 from ..model.time_grid import TimeGrid

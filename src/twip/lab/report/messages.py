@@ -30,7 +30,7 @@ def grouped(log: Playback) -> list[Said]:
     """Return the different messages of a log in the order in which they were said first."""
     found: dict[tuple[str, str, str], Said] = {}
     for event in log.events:
-        key = (event.level, event.source, event.message)
+        key = (event.level, event.source, event.text)
         said = found.setdefault(key, Said(*key, event.time, event.time))
         said.last = event.time
         said.count += 1
