@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 
 from ...reading.problems import Place
 from ...values.conversion import Conversion
-from ...values.ssp_types import family
+from ...values.types import family
 from ..targets import RULES
 
 
