@@ -76,8 +76,8 @@ def main(words: Sequence[str] | None = None) -> int:
         status = int(arguments.run(arguments))
         sys.stdout.flush()
     except TwipError as error:
-        for line in str(error).splitlines():
-            print(f"twip: {line}", file=sys.stderr)
+        for problem in error.problems:
+            print(f"twip: {problem}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("twip: interrupted", file=sys.stderr)

@@ -84,11 +84,12 @@ def _load(
     map_files = by_name("swap_map", swap_map)
     values = by_name("start_values", start_values)
     maps = {name: read_swap_map(pathlib.Path(file), problems) for name, file in map_files.items()}
-    try:
-        file, enclosure = _locate(path, ssd, workspace)
-    except TwipError as error:
-        problems.add(str(error))
+    located = None
+    with problems.catch():
+        located = _locate(path, ssd, workspace)
+    if located is None:
         return None, _with_files(problems, files)
+    file, enclosure = located
     root = read_file(file, file.name, problems)
     location = Location(file.parent, enclosure, file.name)
     description = None if root is None else read_description(root, location, problems)

@@ -138,7 +138,7 @@ def simulate(
         resumed = None
         if resume is not None:
             if lines := cannot_be_saved(system):
-                raise TwipError("\n".join(lines))
+                raise TwipError(lines)
             resumed = Checkpoint.read(pathlib.Path(resume))
             resumed.check(pathlib.Path(resume), identify(system, grid, plan, planned), grid, planned.inputs)
         saving = None if checkpoint is None else Saving.of(system, checkpoint, checkpoint_every, grid.step_size)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ..errors import TwipError
+from ..errors import Problem, TwipError
 from ..outputs import make_writable, write_file
 from ..platform import PLATFORMS, Platform
 from .blocks import PACKAGE, block_folders, source_root
@@ -78,13 +78,13 @@ def build_native(
     return built
 
 
-def _build_native(face: Path, output: Path, version: str, platforms: Sequence[Platform]) -> str:
+def _build_native(face: Path, output: Path, version: str, platforms: Sequence[Platform]) -> Sequence[Problem]:
     """Build one FMU and return what went wrong, or nothing."""
     try:
         package_native(face, output, version, platforms)
     except TwipError as error:
-        return str(error)
-    return ""
+        return error.problems
+    return ()
 
 
 def _chosen(names: Iterable[str] | None) -> dict[str, Path]:
@@ -108,33 +108,33 @@ def build_blocks(jobs: list[tuple[Path, Path]], report: Callable[[Path], None], 
 
 
 def _in_parallel(
-    jobs: list[tuple[Path, Path]], report: Callable[[Path], None], build: Callable[[Path, Path], str]
+    jobs: list[tuple[Path, Path]], report: Callable[[Path], None], build: Callable[[Path, Path], Sequence[Problem]]
 ) -> list[Path]:
     """Let `build` make each output of its face, and raise what went wrong together."""
     with ThreadPoolExecutor(max_workers=min(len(jobs), os.cpu_count() or 1) or 1) as pool:
-        problems = []
-        for (_, output), problem in zip(jobs, pool.map(lambda job: build(*job), jobs), strict=True):
-            if problem:
-                problems.append(problem)
-            else:
+        problems: list[Problem] = []
+        for (_, output), wrong in zip(jobs, pool.map(lambda job: build(*job), jobs), strict=True):
+            problems += wrong
+            if not wrong:
                 report(output)
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     return [output for _, output in jobs]
 
 
-def _build_block(face: Path, output: Path, version: str) -> str:
+def _build_block(face: Path, output: Path, version: str) -> Sequence[Problem]:
     """Build one FMU and return what went wrong, or nothing."""
     path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "twip.fmi.package", str(face.resolve()), str(output.resolve()), version]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if run.returncode == 0:
-        return ""
-    said = run.stderr.strip()
+        return ()
+    said = run.stderr.strip().splitlines()
     if run.returncode != REFUSED:
-        return f"block {face.stem}: the build ended with status {run.returncode}: {(said.splitlines() or [''])[-1]}"
-    return said
+        end = (said or [""])[-1]
+        return [Problem(f"the build ended with status {run.returncode}: {end}", subject=f"block {face.stem}")]
+    return list(map(Problem, said))
 
 
 def _copy_loose(source: Path, target: Path) -> None:

@@ -96,7 +96,7 @@ def interface_of_container(
     for connector in outputs:
         _add(face, connector.name, connector.behind, fmus, None, problems)
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     _add_dependencies(face, fmus)
     return face
 

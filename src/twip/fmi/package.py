@@ -44,7 +44,7 @@ def package_block(face: Path, output: Path, version: str) -> None:
     block = load_block(face)
     problems = broken_declarations(block)
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     terms = licence()
     tool = TOOLS[version].__name__
     origin = origin_of(terms, tool)
@@ -95,7 +95,7 @@ def _try_a_step(block: Block, module: str) -> None:
     instance.exit_initialization_mode()
     if not instance.do_step(0.0, block.step_size):
         messages = [m.msg.replace("%%", "%") for m in instance.log_queue]
-        raise TwipError("\n".join(f"block {block.name} with its start values: {m}" for m in messages))
+        raise TwipError(f"block {block.name} with its start values: {m}" for m in messages)
 
 
 def licences(terms: str, tool: str) -> dict[str, bytes]:

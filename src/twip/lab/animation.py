@@ -47,7 +47,7 @@ def animate(
     """
     check_ending(path, FORMATS)
     if wrong := [str(log.path) for log in logs if not is_robot(list(log.signals)) or not len(log.times)]:
-        raise TwipError("\n".join(f"log {name!r} does not show the robot" for name in wrong))
+        raise TwipError(f"log {name!r} does not show the robot" for name in wrong)
     begin, end = min(float(log.times[0]) for log in logs), max(float(log.times[-1]) for log in logs)
     first, last = begin if start is None else max(start, begin), end if stop is None else min(stop, end)
     if not (last > first and rate > 0.0 and speed > 0.0):

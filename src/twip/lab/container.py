@@ -38,7 +38,7 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
         elif copy.source in names:
             outputs[copy.destination] = names[copy.source]
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     start = {c.column: c.start for c in system.open_connectors}
     container = Container(
         system.name,

@@ -78,7 +78,7 @@ def _refuse(system: System, coupling: Coupling) -> None:
         if copy.conversion.mapping is not None
     ]
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
 
 
 def _names(system: System) -> dict[int, Name]:

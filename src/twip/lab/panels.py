@@ -12,7 +12,7 @@ from math import degrees
 import numpy as np
 
 from ..cosim.log.playback import Playback
-from ..errors import TwipError
+from ..errors import Problem, TwipError
 from .metrics import SIDES, is_robot
 from .numbers import Array
 from .run_parameters import number
@@ -71,7 +71,7 @@ def matching(log: Playback, names: Sequence[str]) -> list[str]:
     be drawn.
     """
     found: dict[str, None] = {}
-    problems = []
+    problems: list[str | Problem] = []
     for name in names:
         matched = [name] if name in log.signals else [s for s in log.signals if fnmatchcase(s, name)]
         hits = [s for s in matched if _has_numbers(log, s)]
@@ -81,10 +81,10 @@ def matching(log: Playback, names: Sequence[str]) -> list[str]:
             try:
                 log[name]
             except TwipError as error:
-                problems.append(str(error))
+                problems += error.problems
         found.update(dict.fromkeys(hits))
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     return list(found)
 
 

@@ -37,7 +37,7 @@ def plot(
     check_ending(path, FORMATS)
     logs, names = [logs] if isinstance(logs, Playback) else logs, arguments.names("names", names)
     if empty := [str(log.path) for log in logs if not len(log.times)]:
-        raise TwipError("\n".join(f"log {name!r} has no rows to plot" for name in empty))
+        raise TwipError(f"log {name!r} has no rows to plot" for name in empty)
     drawn = [[_shown(panel, in_degrees) for panel in panels(log, names)] for log in logs]
     titles = list(dict.fromkeys((panel.title, panel.unit) for of_log in drawn for panel in of_log))
     labels = short_names([log.path for log in logs])

@@ -43,7 +43,7 @@ def choices(texts: Sequence[str]) -> list[Choice]:
         else:
             found.append(Choice(name, signal, unit or None))
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     return found
 
 
@@ -57,7 +57,7 @@ def replay_signals(log: Path, signals: Sequence[str], output: Path, linear: bool
     series = open_log(log).series(choice.signal for choice in chosen)
     flags = [c.name for c in chosen if c.unit and series[c.signal].kind == "Boolean"]
     if flags:
-        raise TwipError("\n".join(f"{log}: {name} is Boolean and has no unit" for name in flags))
+        raise TwipError(f"{log}: {name} is Boolean and has no unit" for name in flags)
     kinds = ["Real" if c.unit else series[c.signal].kind for c in chosen]
     variables = tuple(
         Variable(

@@ -18,7 +18,7 @@ def told_to_build(path: str) -> Iterator[None]:
             raise
         ssp = Path(path).with_suffix(".ssp")
         hint = f"{path} is the source of a system, without its FMUs: twip build packs both into ssp/{ssp.name}"
-        raise TwipError(f"{error}\n{hint}") from None
+        raise TwipError([*error.problems, hint]) from None
 
 
 def _is_source(folder: Path) -> bool:

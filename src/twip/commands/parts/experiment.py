@@ -87,7 +87,7 @@ def load_system(path: str, arguments: argparse.Namespace) -> System:
                 swap_map=swaps("--swap-map", arguments.swap_map),
             )
     except TwipError as error:
-        raise TwipError("\n".join([str(error), *wrong])) from None
+        raise TwipError([*error.problems, *wrong]) from None
 
 
 def request(arguments: argparse.Namespace) -> Request:

@@ -43,4 +43,4 @@ def refuse_clashes(reads: Sequence[tuple[str, Path | str | None]], writes: Mappi
             problems.append(f"{option} {path}: the command also {known[file]}")
         known[file] = f"writes it ({option})"
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)

@@ -63,7 +63,7 @@ class Coupling:
             if not grid.step_size <= control.maximum:
                 problems.append(f"maximum step {control.maximum!r} s is below the first step {grid.step_size!r} s")
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
         return cls(
             name,
             tuple(dict.fromkeys(chosen.mid_step or ())),

@@ -70,4 +70,4 @@ def repeatable(system: System, coupling: Coupling) -> None:
     """Raise `TwipError` with a line for each component that stands in the way of `coupling`."""
     lines: Sequence[str] = cannot_be_repeated(system, coupling)
     if lines:
-        raise TwipError("\n".join(lines))
+        raise TwipError(lines)

@@ -7,14 +7,14 @@ import ctypes
 import os
 import pathlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import TwipError
+from ...errors import Problem, TwipError
 from ..model.message import Message
 from ..model.system import Component
 from ..values.strings import number_of, text_of
@@ -33,8 +33,24 @@ _guarded: dict[str, ctypes.CDLL] = {}
 class ComponentError(TwipError):
     """A component failed; the message names it, the simulated time, the function, and what the FMU itself said."""
 
-    repeatable: bool = False
-    """Whether a smaller step from an earlier state may succeed."""
+    def __init__(
+        self,
+        problems: str | Problem | Iterable[str | Problem] = (),
+        *,
+        component: str = "",
+        time: float | None = None,
+        call: str = "",
+        repeatable: bool = False,
+    ):
+        super().__init__(problems)
+        self.component = component
+        """Name of the component."""
+        self.time = time
+        """Simulated time of the call in s, None before there is one."""
+        self.call = call
+        """The function of FMI that failed, or what was being done; empty where it is none."""
+        self.repeatable = repeatable
+        """Whether a smaller step from an earlier state may succeed."""
 
 
 class EndRequestedError(ComponentError):
@@ -121,7 +137,8 @@ class Instance(ABC):
             self.slave = self._load()
         except Exception as error:  # fmpy raises bare exceptions; a missing function is an AttributeError
             raise ComponentError(
-                f"{self.name}: {component.fmu.name} cannot be loaded: {' '.join(str(error).split())}"
+                f"{self.name}: {component.fmu.name} cannot be loaded: {' '.join(str(error).split())}",
+                component=self.name,
             ) from None
         finally:
             os.chdir(here)
@@ -229,16 +246,15 @@ class Instance(ABC):
         texts = [text for status, text in self._said if status > 0] or [text for _, text in self._said[-1:]]
         lines = dict.fromkeys(line for text in texts[-2:] if (line := one_line(text)))
         said = f": {'; '.join(lines)}" if lines else ""
-        return ComponentError(f"{self.name} failed at t = {self._time:.12g} s: {function} {what}{said}")
+        text = f"{self.name} failed at t = {self._time:.12g} s: {function} {what}{said}"
+        return ComponentError(text, component=self.name, time=self._time, call=function)
 
     def end_request(self, reached: float | None) -> EndRequestedError:
         """Return what the instance asks for, having come to the time `reached` in s if it tells."""
         known = "" if reached is None else f", at t = {reached:.12g} s"
-        request = EndRequestedError(
-            f"{self.name} asked to end the simulation{known}, in the step from t = {self._time:.12g} s"
-        )
-        request.repeatable = True
-        return request
+        text = f"{self.name} asked to end the simulation{known}, in the step from t = {self._time:.12g} s"
+        call = f"{self.version}DoStep"
+        return EndRequestedError(text, component=self.name, time=self._time, call=call, repeatable=True)
 
     def check(self, function: str, status: int) -> None:
         """Raise `ComponentError` unless `status` is ok or warning."""

@@ -22,7 +22,7 @@ NATIVE = "org.twip.native"
 
 def read_fmu(path: pathlib.Path, name: str, problems: Problems, place: Place) -> Fmu | None:
     """Read the FMU at `path`, called `name` in messages; whatever makes it unusable here is a problem at `place`."""
-    before = len(problems.lines)
+    checking = problems.checking()
     if not path.exists():
         problems.add(f"FMU {name} does not exist", place)
         return None
@@ -49,7 +49,7 @@ def read_fmu(path: pathlib.Path, name: str, problems: Problems, place: Place) ->
     library = f"binaries/{folder}/{fmu.model_identifier}{fmpy.sharedLibraryExtension}"
     if library not in files:
         problems.add(f"FMU {name} has no binary for this platform ({library})", place)
-    return fmu if len(problems.lines) == before else None
+    return fmu if not checking.failed else None
 
 
 def _check_bounds(fmu: Fmu, problems: Problems) -> None:
@@ -86,7 +86,7 @@ def _describe(
     root: Element, path: pathlib.Path, name: str, sha256: str, problems: Problems, place: Place
 ) -> Fmu | None:
     version = root.get("fmiVersion") or ""
-    before = len(problems.lines)
+    checking = problems.checking()
     if version == "2.0":
         fmu = describe_fmi2(root, path, name, sha256, problems)
     elif version.split(".")[:2] == ["3", "0"]:
@@ -94,7 +94,7 @@ def _describe(
     else:
         problems.add(f"FMU {name}: FMI {version} is not supported, only 2.0 and 3.0", place)
         return None
-    if fmu is None and len(problems.lines) == before:
+    if fmu is None and not checking.failed:
         problems.add(f"FMU {name} offers no co-simulation", place)
     return fmu and dataclasses.replace(fmu, native_reference=_native_reference(root))
 

@@ -78,7 +78,7 @@ class _Description(Reader):
 
     def _variable(self, item: Element, types: dict[str, Element], units: dict[str, Unit]) -> Variable | None:
         """Return the variable that a `ScalarVariable` describes, None for one that cannot be used."""
-        before = len(self.problems.lines)
+        checking = self.problems.checking()
         name, reference = self.required(item, "name"), self.integer(item, "valueReference")
         if reference is not None and not 0 <= reference < 2**32:
             self.problems.add(f"valueReference = {reference} of {name} must be a number of 32 bits", self.place(item))
@@ -113,7 +113,7 @@ class _Description(Reader):
         start = self._start(name, value)
         unit = next((source.get("unit") for source in sources if source.get("unit") is not None), None)
         relative = next((source for source in sources if source.get("relativeQuantity") is not None), None)
-        if reference is None or len(self.problems.lines) > before:
+        if reference is None or checking.failed:
             return None
         type_ = str(value.tag)
         return Variable(

@@ -29,13 +29,11 @@ from ..model.system import Component
 from ..model.vector import Vector
 from ..values.strings import number_of, text_of
 from ..values.written import StartValue
-from .component import ComponentError, EndRequestedError, one_line
+from .component import ComponentError, one_line
 from .isolation_wire import (
     ADVANCE,
     CALL,
     DONE,
-    END,
-    FINAL,
     MESSAGE,
     NUMBER,
     NUMBER_OF,
@@ -45,6 +43,7 @@ from .isolation_wire import (
     SharedValues,
     Start,
     Wire,
+    read_failure,
 )
 
 TIME_LIMIT = 10.0
@@ -141,7 +140,8 @@ class IsolatedInstance:
             )
         except OSError as error:
             self._wire.close()
-            raise ComponentError(f"{self.name}: no process can be started for it ({error.strerror})") from None
+            text = f"{self.name}: no process can be started for it ({error.strerror})"
+            raise ComponentError(text, component=self.name) from None
         finally:
             child.close()
 
@@ -297,10 +297,7 @@ class IsolatedInstance:
             raise
         if kind == DONE:
             return payload
-        kind_of, text = payload[:1], payload[1:].decode("utf-8", "replace")
-        failure = EndRequestedError(text) if kind_of == END else ComponentError(text)
-        failure.repeatable = kind_of != FINAL
-        raise failure
+        raise read_failure(payload, self.name)
 
     def _take(self, kind: int, payload: bytes) -> None:
         """Keep a message, or answer a question."""
@@ -337,9 +334,8 @@ class IsolatedInstance:
             action = _IN_STEP[doing]
             instant = (self._set_at, self._step_at, instant)[doing]
         said = "; ".join(dict.fromkeys(filter(None, self._said[-2:])))
-        raise ComponentError(
-            f"{self.name} failed at t = {instant:.12g} s: {action} {what}{': ' if said else ''}{said}"
-        ) from None
+        text = f"{self.name} failed at t = {instant:.12g} s: {action} {what}{': ' if said else ''}{said}"
+        raise ComponentError(text, component=self.name, time=instant, call=action) from None
 
     def _kill(self) -> None:
         """End the process, and what it has started, whatever it is doing."""

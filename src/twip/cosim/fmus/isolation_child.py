@@ -16,19 +16,15 @@ from ...errors import TwipError
 from ...platform import END_SIGNALS, end_with
 from ..model.message import Message
 from ..values import strings
-from .component import ComponentError, EndRequestedError
 from .instantiate import instantiate
 from .isolation_wire import (
     ADVANCE,
     DONE,
-    END,
     FAILED,
-    FINAL,
     GETTING,
     MESSAGE,
     NUMBER,
     NUMBER_OF,
-    REPEATABLE,
     SETTING,
     STEP,
     STEPPING,
@@ -36,6 +32,7 @@ from .isolation_wire import (
     SharedValues,
     Start,
     Wire,
+    write_failure,
 )
 from .ports import Ports
 
@@ -113,7 +110,7 @@ def serve(wire: Wire, memory: int) -> None:
     try:
         server = Server(start, SharedValues(start.columns, start.components, memory), outbox)
     except TwipError as error:
-        outbox.send(FAILED, told(error))
+        outbox.send(FAILED, write_failure(error))
         return
     outbox.send(DONE)
     while True:
@@ -122,7 +119,7 @@ def serve(wire: Wire, memory: int) -> None:
             result = server.answer(*request)
         except TwipError as error:
             end_copy(process)
-            outbox.send(FAILED, told(error))
+            outbox.send(FAILED, write_failure(error))
         else:
             end_copy(process)
             outbox.send(DONE, result)
@@ -132,12 +129,6 @@ def end_copy(process: int) -> None:
     """End a copy of the process that the FMU has made by `fork`: the run has one to talk to."""
     if os.getpid() != process:
         os._exit(1)
-
-
-def told(error: TwipError) -> bytes:
-    """Return a failure as the run raises it again: its kind and its text."""
-    kind = REPEATABLE if isinstance(error, ComponentError) and error.repeatable else FINAL
-    return (END if isinstance(error, EndRequestedError) else kind) + str(error).encode("utf-8", "replace")
 
 
 def die_with(parent: int) -> None:

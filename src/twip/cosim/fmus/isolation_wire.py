@@ -4,6 +4,7 @@ Requests are pickled: they come from the run. Replies are not: the process that 
 """
 
 import ctypes
+import json
 import mmap
 import os
 import pathlib
@@ -15,23 +16,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import TwipError
 from ...platform import shared_memory
 from ..model.schedule import ComponentPorts
 from ..model.system import Component
+from .component import ComponentError, EndRequestedError
 
 START, CALL, ADVANCE = range(3)
 """Requests: a `Start`; a method of the instance or its ports; a step."""
 DONE, FAILED = range(3, 5)
-"""Replies: what a method returned; its failure, as `isolation_child.told` writes it."""
+"""Replies: what a method returned; its failure, as `write_failure` has it."""
 MESSAGE, NUMBER_OF, TEXT_OF = range(5, 8)
 """Before a reply: a log message; a question for the number of a text, and for the text of a number, which are answered
 by a frame of the same kind.
 """
 NUMBER = struct.Struct("<d")
-FINAL, REPEATABLE, END = b"0", b"1", b"2"
-"""First byte of a failure: for good, one after which a smaller step from an earlier state may succeed, and the request
-to end the simulation.
-"""
 SETTING, STEPPING, GETTING = range(3)
 """What an instance is at within a step."""
 STEP = struct.Struct("<ddddd")
@@ -59,6 +58,28 @@ class Start:
     components: int
     time: float
     """Start time in s."""
+
+
+def write_failure(error: TwipError) -> bytes:
+    """Return a failure as `read_failure` takes it."""
+    own = error if isinstance(error, ComponentError) else ComponentError()
+    told = {
+        "problems": [str(problem) for problem in error.problems],
+        "time": own.time,
+        "call": own.call,
+        "repeatable": own.repeatable,
+        "ends": isinstance(error, EndRequestedError),
+    }
+    return json.dumps(told).encode()
+
+
+def read_failure(payload: bytes, component: str) -> ComponentError:
+    """Return the failure of a component as the run raises it again."""
+    told = json.loads(payload)
+    kind = EndRequestedError if told["ends"] else ComponentError
+    return kind(
+        told["problems"], component=component, time=told["time"], call=told["call"], repeatable=told["repeatable"]
+    )
 
 
 class Wire:

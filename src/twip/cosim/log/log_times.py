@@ -38,7 +38,7 @@ class LogTimes:
                 "that its times reach, 2^63 nanoseconds"
             )
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
 
     def of_rows(self, times: NDArray[np.float64]) -> NDArray[np.uint64]:
         """Return the nanoseconds of the next rows at `times` (n,) in s. Raises `TwipError` for times out of order."""

@@ -1,7 +1,7 @@
 """Reads a log back, finished or left by a killed run: `read("logs/demo.mcap")["plant.pitch"]` is one signal."""
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twip.cosim.log import log_event, log_texts
 
-from ...errors import TwipError
+from ...errors import Problem, TwipError, UnknownNameError
 from ..model.message import Message
 from ..model.signals import Channel, columns
 from ..reading.wording import nearest
@@ -27,6 +27,15 @@ from .log_schema import FORMAT, WIRES, Layout, read_schema
 
 class ForeignLogError(TwipError):
     """The file is a sound MCAP file that twip has not written."""
+
+    def __init__(
+        self, problems: str | Problem | Iterable[str | Problem] = (), *, path: Path | None = None, library: str = ""
+    ):
+        super().__init__(problems)
+        self.path = path
+        """The file."""
+        self.library = library
+        """What wrote it, as it says itself."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +67,11 @@ class Playback:
         return name in self.signals
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the values of `component.variable`; raises TwipError that names the nearest ones."""
+        """Return the values of `component.variable`; raises UnknownNameError with the nearest ones."""
         if name not in self.signals:
-            raise TwipError(f"log {str(self.path)!r} has no signal {name!r}{_suggestion(name, self.signals)}")
+            near = nearest(name, self.signals, 3)
+            hint = f"; near: {', '.join(near)}" if near else ""
+            raise UnknownNameError(f"log {str(self.path)!r} has no signal {name!r}{hint}", name=name, near=near)
         return self.signals[name]
 
     @cached_property
@@ -102,7 +113,9 @@ def _playback(path: Path, found: Scan) -> Playback:
         encodings = ", ".join(sorted({c.message_encoding or "none" for c in found.channels.values()})) or "none"
         raise ForeignLogError(
             f"{str(path)!r} is not a log of twip: "
-            f"it was written by {found.library!r} and has {len(found.channels)} channels (encodings: {encodings})"
+            f"it was written by {found.library!r} and has {len(found.channels)} channels (encodings: {encodings})",
+            path=path,
+            library=found.library,
         )
     for channel in ours.values():
         if channel.metadata["twip.format"] != FORMAT:
@@ -195,8 +208,3 @@ def _messages(bodies: list[NDArray[np.uint8]]) -> Iterator[tuple[int, bytes]]:
 
 def _events(bodies: list[NDArray[np.uint8]], start_time: float) -> list[Message]:
     return [Message(start_time + time / 1e9, *log_event.decode(data)) for time, data in _messages(bodies)]
-
-
-def _suggestion(name: str, known: Mapping[str, object]) -> str:
-    near = nearest(name, known, 3)
-    return f"; near: {', '.join(near)}" if near else ""

@@ -98,7 +98,7 @@ def time_grid(
     step_size = None if step_size is None else float(step_size)
     problems += time_problems(start, stop, step_size)
     if problems or stop is None or step_size is None:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     ratio = (stop - start) / step_size
     if ratio > _MAXIMUM_STEPS:
         raise TwipError(f"step size {step_size!r} s is too small for the interval from {start!r} s to {stop!r} s")

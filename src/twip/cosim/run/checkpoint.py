@@ -128,7 +128,7 @@ class Checkpoint:
         if not problems and InputDigest(inputs, grid).until(self.steps) != self.inputs:
             problems.append(f"{path}: the inputs up to the checkpoint have other values than in the run it belongs to")
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
 
 
 def _differences(here: Identity, there: Identity) -> list[str]:
@@ -228,7 +228,7 @@ class Saving:
         except OSError as error:
             problems.append(f"checkpoint {file} cannot be written ({error.strerror or error})")
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
         return cls(file, None if every is None else max(every / step_size, 1.0))
 
     def next(self, steps: int, last: int) -> int:

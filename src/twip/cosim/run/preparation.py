@@ -1,11 +1,8 @@
 """What is checked between a loaded system and its run: times, coupling and scenario, all problems told together."""
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
 
-from ...errors import TwipError
 from ..coupling.coupling import Coupling
 from ..coupling.rollback import repeatable
 from ..model.algorithm import Algorithm
@@ -16,8 +13,6 @@ from ..reading.problems import Problems
 from ..scenario.fault_entries import check_own_steps
 from ..scenario.plan import Scenario
 from ..scenario.scenario_file import read_scenario
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -46,9 +41,10 @@ def prepare(system: System, request: Request) -> Preparation:
     """Return what a run will be. Raises `TwipError` with one line per problem."""
     problems = Problems()
     if not request.isolate:
-        for line in cannot_share_a_process(system):
-            problems.add(line)
-    grid = _told(problems, lambda: grid_of(system, request))
+        problems.take(cannot_share_a_process(system))
+    grid = None
+    with problems.catch():
+        grid = grid_of(system, request)
     coupling = _coupling(system, grid, request.algorithm.over(system.experiment.algorithm), problems)
     scenario = read_scenario(request.scenario, request.input_file, system, grid, problems)
     if coupling is not None and coupling.control is not None and scenario.faults:
@@ -68,20 +64,10 @@ def grid_of(system: System, request: Request) -> TimeGrid:
 
 def _coupling(system: System, grid: TimeGrid | None, chosen: Algorithm, problems: Problems) -> Coupling | None:
     if grid is None:
-        for line, _ in find_problems(chosen, system.components, system.copies, system.columns):
-            problems.add(line)
+        problems.take(line for line, _ in find_problems(chosen, system.components, system.copies, system.columns))
         return None
-    coupling = _told(problems, lambda: Coupling.of(system, grid, chosen))
-    if coupling is not None:
-        _told(problems, lambda: repeatable(system, coupling))
+    coupling = None
+    with problems.catch():
+        coupling = Coupling.of(system, grid, chosen)
+        repeatable(system, coupling)
     return coupling
-
-
-def _told(problems: Problems, make: Callable[[], T]) -> T | None:
-    """Return what `make` gives; its failure is a problem."""
-    try:
-        return make()
-    except TwipError as error:
-        for line in str(error).splitlines():
-            problems.add(line)
-        return None

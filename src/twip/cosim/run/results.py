@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import TwipError
+from ...errors import TwipError, UnknownNameError
 from ..coupling.variable_loop import VariableSteps
 from ..log.log_event import clean
 from ..log.sole_file import InUseError, SoleFile
@@ -85,10 +85,11 @@ class Table:
         return name in self._index
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the values of a column (rows,): float64, or the texts of a String. Raises `TwipError`."""
+        """Return the values of a column (rows,): float64, or the texts of a String. Raises `UnknownNameError`."""
         if name not in self._index:
             near = nearest(name, self.columns, 3)
-            raise TwipError(f"there is no column {name}" + (f"; near: {', '.join(near)}" if near else ""))
+            hint = f"; near: {', '.join(near)}" if near else ""
+            raise UnknownNameError(f"there is no column {name}{hint}", name=name, near=near)
         i = self._index[name]
         found = np.concatenate([np.zeros(0), *(rows[:, i] for rows in self._rows)])
         return np.array([text_of(number) for number in found], object) if i in self._texts else found

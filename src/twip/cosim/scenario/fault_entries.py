@@ -33,7 +33,7 @@ class FaultEntries(Entries):
 
     def read(self, index: int, entry: Mapping[str, object], driven: set[int]) -> Fault | None:
         """Return the fault that `faults[index]` describes; `driven` are the columns with time series."""
-        before, label = len(self.problems.lines), f"faults[{index}]"
+        checking, label = self.problems.checking(), f"faults[{index}]"
         kind = kinds().get(given) if isinstance(given := entry.get("kind"), str) else None
         if kind is None:
             self.required(entry, ("kind",), "faults", index)
@@ -54,7 +54,7 @@ class FaultEntries(Entries):
         column, targets = self._connections(label, entry["signal"], driven, self._at(index, "signal"))
         amounts = self._amounts(index, kind, entry, column, targets) if targets else {}
         first, last = self._interval(label, times[0], times[1], self._at(index, "start"))
-        if self.grid is None or len(self.problems.lines) > before or not isinstance(seed, int):
+        if self.grid is None or checking.failed or not isinstance(seed, int):
             return None
         at = self._at(index, "signal")
         return kind(label, self.names[column], targets, (times[0], times[1]), first, last, amounts, seed, at)
@@ -122,8 +122,7 @@ class FaultEntries(Entries):
                 text = next((item for item, number in items if number == size), shown(given))
             if key.of_signal and type_ != "String":
                 number = size if family(type_) == "Real" else int(size)
-                for line in objections(label, number, self._ends(column, targets)):
-                    self.problems.add(line, self._at(index, key.name))
+                self.problems.take(objections(label, number, self._ends(column, targets)), self._at(index, key.name))
             found[key.name] = Amount(size, text, steps)
         return found
 

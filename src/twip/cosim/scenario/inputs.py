@@ -120,7 +120,7 @@ def series_of(targets: Sequence[Target], rows: Sequence[Sequence[float]]) -> Inp
 
 def read_inputs(path: str | os.PathLike[str], system: System, problems: Problems) -> InputSeries:
     """Read the CSV file at `path` for the open inputs of `system`; without inputs when there are problems."""
-    file, before = pathlib.Path(path), len(problems.lines)
+    file, checking = pathlib.Path(path), problems.checking()
     lines: list[tuple[int, list[str]]] = []
     begin = 1
     if is_endless(file):
@@ -138,20 +138,20 @@ def read_inputs(path: str | os.PathLike[str], system: System, problems: Problems
     except csv.Error as error:
         reason = "a quote is not closed" if "end of data" in str(error) else str(error)
         problems.add(f"not readable as CSV: {reason}", Place(file.name, begin))
-    if len(problems.lines) > before:
+    if checking.failed:
         return NO_INPUTS
     if len(lines) < 2:
         problems.add(f"{path}: {'the file is empty' if not lines else 'there are no rows below the header'}")
         return NO_INPUTS
     header = [cell.strip() for cell in lines[0][1]]
     targets = _targets(system, header, Place(file.name, lines[0][0]), problems)
-    if len(problems.lines) > before:
+    if checking.failed:
         return NO_INPUTS
     rows = [row for number, cells in lines[1:] if (row := _row(cells, targets, Place(file.name, number), problems))]
     for (number, _), previous, current in zip(lines[2:], rows, rows[1:], strict=False):
         if current[0] < previous[0]:
             problems.add(f"time {current[0]!r} follows {previous[0]!r}: time must increase", Place(file.name, number))
-    return NO_INPUTS if len(problems.lines) > before else series_of(targets, rows)
+    return NO_INPUTS if checking.failed else series_of(targets, rows)
 
 
 def _targets(system: System, header: Sequence[str], place: Place, problems: Problems) -> list[Target]:
@@ -221,7 +221,6 @@ def _row(cells: Sequence[str], targets: Sequence[Target], place: Place, problems
         elif why := cannot_travel(target.type, value):
             problems.add(f"{target.name} cannot take {cell}, {why}", place)
         else:
-            for line in objections(target.name, value, target.ends):
-                problems.add(line, place)
+            problems.take(objections(target.name, value, target.ends), place)
     row = [in_vector(v) for v in values if v is not None]
     return row if len(row) == len(values) else None

@@ -14,9 +14,10 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import TwipError
+from ...errors import TwipError, UnknownNameError
 from ..model.system import System
 from ..reading import arguments
+from ..reading.wording import nearest
 from ..values.types import family
 from ..values.variable import Variable
 from ..values.written import cannot_travel
@@ -39,7 +40,7 @@ class LiveInputs:
         found = {name: target for name, target in targets.items() if not isinstance(target, str)}
         problems += [f"{name} is a String and cannot be set live" for name, t in found.items() if t.type == "String"]
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
         self.names = names
         self._targets = found
         self._lock = Lock()
@@ -61,7 +62,10 @@ class LiveInputs:
     def __setitem__(self, name: str, value: object) -> None:
         """Set an input; raises TwipError for a name that is not among `names` and a value that it cannot take."""
         if name not in self.names:
-            raise TwipError(f"there is no input {name} to set, only {', '.join(self.names) or 'none'}")
+            only = ", ".join(self.names) or "none"
+            raise UnknownNameError(
+                f"there is no input {name} to set, only {only}", name=name, near=nearest(name, self.names, 3)
+            )
         number = self._checked(name, value)
         with self._lock:
             self._values[self.names.index(name)] = number

@@ -102,7 +102,7 @@ class _Reader(Entries):
 
     def _series(self, name: str, rows: object) -> InputSeries | None:
         """Return the time series `name = [[time, value], …]`."""
-        place, before = self.file.place("inputs", 0, name), len(self.problems.lines)
+        place, checking = self.file.place("inputs", 0, name), self.problems.checking()
         target = find_target(self.system, name)
         if isinstance(target, str):
             self.problems.add(target, place)
@@ -124,17 +124,16 @@ class _Reader(Entries):
             elif why := cannot_travel(target.type, read):
                 self.problems.add(f"inputs.{name}[{i}] cannot take {shown(value)}, {why}", place)
             else:
-                for line in objections(f"inputs.{name}[{i}]", read, target.ends):
-                    self.problems.add(line, place)
+                self.problems.take(objections(f"inputs.{name}[{i}]", read, target.ends), place)
             if at is not None and read is not None:
                 table.append((at, in_vector(read)))
-        return series_of([target], table) if len(self.problems.lines) == before else None
+        return series_of([target], table) if not checking.failed else None
 
     def _change(self, index: int, entry: Mapping[str, object]) -> ParameterChange | None:
-        before = len(self.problems.lines)
+        checking = self.problems.checking()
         self.known(entry, {"time", "name", "value"}, "parameters", index)
         self.required(entry, ("time", "name", "value"), "parameters", index)
-        if len(self.problems.lines) > before:
+        if checking.failed:
             return None
         name, time = entry["name"], self.time(entry, "time", "parameters", index)
         place = self.file.place("parameters", index, "name")
@@ -164,7 +163,7 @@ class _Reader(Entries):
             return None
         for problem in out_of_range(variable, value):
             self.problems.add(f"parameters[{index}]: {problem}", place)
-        if time is None or self.grid is None or len(self.problems.lines) > before:
+        if time is None or self.grid is None or checking.failed:
             return None
         if time >= self.grid.stop:
             self.warnings.append(f"parameters[{index}]: {time:g} s is not before the stop time, {name} does not change")

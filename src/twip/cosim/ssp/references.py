@@ -6,7 +6,6 @@ system (SSP 1.0 section 5.2.3).
 
 import pathlib
 
-from ...errors import TwipError
 from ..fmus.description import file_fingerprint
 from ..model.experiment import Experiment
 from ..reading.archive import Workspace, unpack
@@ -96,13 +95,10 @@ class References:
         content = file_fingerprint(path)
         if content not in self._unpacked:
             folder = self._workspace.folder("ssp")
-            try:
+            with self._problems.catch(element.place):
                 unpack(path, folder, name)
-            except TwipError as error:
-                self._problems.add(str(error), element.place)
-                return None
-            self._unpacked[content] = folder
-        return self._unpacked[content]
+                self._unpacked[content] = folder
+        return self._unpacked.get(content)
 
     def _described(
         self, element: ComponentElement, ssd: pathlib.Path, location: Location, identity: str, way: Way
@@ -151,4 +147,5 @@ class References:
             elif connector.type.type is not None and connector.type != inner.type:
                 self._problems.add(f"{label}: has another type or unit in the system it refers to", connector.place)
         system.name, system.place, system.source = element.name, element.place, element.source
+        system.expected = frozenset(connector.name for connector in element.connectors)
         system.bindings += element.bindings

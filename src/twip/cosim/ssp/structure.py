@@ -120,6 +120,8 @@ class SystemElement:
     bindings: list[Binding]
     source: str | None = None
     """What a component referred to, where the system stands in its place."""
+    expected: frozenset[str] = frozenset()
+    """Names of the connectors that this component has."""
     elements: "list[AnyElement]" = field(default_factory=list)
     connections: list[Connection] = field(default_factory=list)
     dictionaries: list[DictionaryElement] = field(default_factory=list)

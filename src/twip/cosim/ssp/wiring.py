@@ -88,11 +88,14 @@ class _Wirer:
         self.edges: dict[Key, Edge] = {}
         self.severed: set[Key] = set()
         self.problems = problems
+        self._declared: set[Key] = set()
+        """Connectors of components and of systems in their place; why one of them has no port has been told."""
         self._unusable = {path for path, fmu in fmus.items() if fmu is None}
         self._dictionaries = Dictionaries(problems)
 
     def add_component_port(self, path: str, connector: Connector, fmu: Fmu, document: Document) -> None:
         """Add a connector of a component, checked against the FMU's variable."""
+        self._declared.add((path, connector.name))
         variable = fmu.variables.get(connector.name)
         label = f"connector {path}.{connector.name}"
         if variable is None:
@@ -134,6 +137,7 @@ class _Wirer:
         inner = {element.name: join(path, element.name) for element in system.elements}
         for element in system.elements:
             if isinstance(element, SystemElement):
+                self._declared |= {(inner[element.name], name) for name in element.expected}
                 self.add_system(element, inner[element.name], (*above, (path, system)))
             elif isinstance(element, DictionaryReference):
                 found = self._dictionaries.find(element, (*above, (path, system)))
@@ -165,7 +169,7 @@ class _Wirer:
             port = None if where is None else self.ports.get((where, name))
             if where is None:
                 self.problems.add(f"{_describe(connection)}: there is no element {element_name}", connection.place)
-            elif port is None and where not in self._unusable and not self._reported(where, name):
+            elif port is None and where not in self._unusable and (where, name) not in self._declared:
                 self.problems.add(
                     f"{_describe(connection)}: {element_name or 'the system'} has no connector {name}",
                     connection.place,
@@ -199,9 +203,6 @@ class _Wirer:
             self.ports[port.key] = port
         for edge in self._dictionaries.edges(self.edges):
             self._add_edge(edge)
-
-    def _reported(self, path: str, name: str) -> bool:
-        return any(line.startswith(f"connector {path}.{name}: ") for line in self.problems.lines)
 
 
 def _enumeration(connector: Connector, document: Document, problems: Problems) -> Enumeration | None:

@@ -43,13 +43,13 @@ class Fitting:
 
     def fit(self) -> Fmu | None:
         """Return the FMU with the system's names, and leave the connectors that it has; None when it does not fit."""
-        before = len(self.problems.lines)
+        checking = self.problems.checking()
         self._ignore()
         variables = self._renamed()
         new = dataclasses.replace(self.new, variables=variables)
         kept = [c for connector in self.element.connectors if (c := self._fitted(connector, new)) is not None]
         lacking = [c.name for c in self.element.connectors if c.name not in {k.name for k in kept}]
-        if len(self.problems.lines) > before:
+        if checking.failed:
             return None
         if lacking:
             self._warn(f"{self.new.name} lacks what nothing is connected to: {', '.join(lacking)}")

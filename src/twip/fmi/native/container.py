@@ -113,7 +113,7 @@ def _sources(fmus: Mapping[str, NestedFmu]) -> tuple[dict[str, bytes], dict[str,
         else:
             sizes[fmu.identifier] = int(found[1])
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     return sources, sizes
 
 

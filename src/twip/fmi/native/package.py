@@ -43,7 +43,7 @@ def package_native(face: Path, output: Path, version: str, platforms: Sequence[P
     block = load_block(face)
     problems = broken_declarations(block)
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)
     _try_a_step(block)
     sources = {f"{block.name}.c": block_source(block).encode()}
     interface = replace(interface_of(block), capabilities=CAPABILITIES)
@@ -115,4 +115,4 @@ def _try_a_step(block: Block) -> None:
     wrong = [v.name for v in table.outputs if not problems and not isfinite(getattr(values, v.attribute))]
     problems += [f"{name} after a step must be finite" for name in wrong]
     if problems:
-        raise TwipError("\n".join(f"{where}: {p}" for p in problems))
+        raise TwipError(f"{where}: {p}" for p in problems)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from ...errors import Problem
 from .expression import number
 from .function import Function
 from .layout import comment, wrapped
@@ -36,7 +37,7 @@ class Unit:
         self._structs: dict[str, str] = {}
         self._constants: dict[tuple[str, str], tuple[str, str]] = {}
         self._global_names: set[str] = set()
-        self._problems: list[str] = []
+        self._problems: list[Problem] = []
 
     def source_of(self, function: Callable[..., Any]) -> Source:
         """Return what is to be translated."""
@@ -68,7 +69,7 @@ class Unit:
         try:
             self.add(function, translator)
         except RefusedError as refusal:
-            self._problems += [line for line in str(refusal).splitlines() if line]
+            self._problems += refusal.problems
         return self.name_of(function)
 
     def writes(self, function: Callable[..., Any]) -> bool:
@@ -140,7 +141,7 @@ class Unit:
     def text(self) -> str:
         """Return everything in C."""
         if self._problems:
-            raise RefusedError("\n".join(dict.fromkeys(self._problems)))
+            raise RefusedError(self._problems)
         parts = ["\n".join(self._structs.values()), self.values_struct()]
         parts.append("\n".join(wrapped(text for _, text in self._constants.values())))
         return "\n\n".join([p for p in parts if p] + list(self._functions.values())) + "\n"

@@ -90,9 +90,7 @@ class RobotLog:
                 found |= self._read(topic, paths)
         missing = [name for name in wanted if name not in found]
         if missing:
-            raise TwipError(
-                "\n".join(f"{self.path}: there is no signal {name!r}; {self._hint(name)}" for name in missing)
-            )
+            raise TwipError(f"{self.path}: there is no signal {name!r}; {self._hint(name)}" for name in missing)
         return {name: found[name] for name in wanted}
 
     def _hint(self, name: str) -> str:

@@ -30,7 +30,7 @@ def report(logs: Sequence[Playback], path: Path, names: Sequence[str] = ()) -> P
     rows, a name matches nothing, or the file cannot be written.
     """
     if empty := [str(log.path) for log in logs if not len(log.times)]:
-        raise TwipError("\n".join(f"log {name!r} has no rows to show" for name in empty))
+        raise TwipError(f"log {name!r} has no rows to show" for name in empty)
     return write_page(page(logs, names), path)
 
 

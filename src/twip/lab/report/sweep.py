@@ -179,7 +179,7 @@ def _rankings(results: Results) -> tuple[list[dict[str, Any]], str]:
                 ranked, explained = rank_regression(part, what)
                 note = f"Standardized rank regression coefficients, R² = {explained:.2f}."
         except TwipError as error:
-            failed[head] = [str(error)]
+            failed[head] = list(map(str, error.problems))
             continue
         bars: dict[str, list[Any]] = {"axis": [i.axis for i in ranked]}
         for name in ("value", "low", "high"):

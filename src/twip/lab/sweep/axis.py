@@ -22,7 +22,7 @@ from scipy import stats
 from ...cosim.reading.arguments import names
 from ...cosim.reading.wording import did_you_mean
 from ...cosim.values.written import Value
-from ...errors import TwipError
+from ...errors import Problem, TwipError
 
 MOST_VALUES = 1_000_000
 """Largest number of values on one axis."""
@@ -93,12 +93,12 @@ class Axis:
         if not self.label or not all(self.names) or not self.names:
             raise TwipError(f"axis {self.label!r} must name at least one variable")
         if self.distribution is None and not self.values:
-            raise TwipError(f"{self.label}: there are no values")
+            raise TwipError(Problem("there are no values", subject=self.label))
         wrong = [v for v in self.values if (isinstance(v, float) and not math.isfinite(v)) or self._multiplies_no(v)]
         if wrong:
-            raise TwipError(f"{self.label}: {wrong[0]} must be a finite number")
+            raise TwipError(Problem(str(wrong[0]), rule="must be a finite number", subject=self.label))
         if len(set(map(repr, self.values))) < len(self.values):
-            raise TwipError(f"{self.label}: a value is there twice")
+            raise TwipError(Problem("a value is there twice", subject=self.label))
 
     def _multiplies_no(self, value: Value) -> bool:
         return self.factor and isinstance(value, str | bool)
@@ -114,7 +114,7 @@ class Axis:
                 return cls(label, own, (), Distribution(body.strip()), factor)
             return cls(label, own, _values(body), None, factor)
         except TwipError as error:
-            raise TwipError(f"{label}: {str(error).removeprefix(f'{label}: ')}") from None
+            raise error.about(label) from None
 
 
 def _values(text: str) -> tuple[Value, ...]:

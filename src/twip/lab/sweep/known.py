@@ -98,4 +98,4 @@ class Known:
 def refuse(problems: Sequence[str]) -> None:
     """Raise `TwipError` with a line per problem, if there are any."""
     if problems:
-        raise TwipError("\n".join(problems))
+        raise TwipError(problems)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...cosim.reading.wording import did_you_mean
 from ...cosim.run.results import Table
-from ...errors import TwipError
+from ...errors import Problem, TwipError
 from ..metrics import METRICS, is_robot, measure
 from ..numbers import rms
 
@@ -74,26 +74,26 @@ class Judge:
         """Check everything against the recorded `columns` and load the user's functions."""
         robot = is_robot(list(columns))
         given = tuple(metrics) or ((ROBOT,) if robot else ())
-        problems = []
+        problems: list[str | Problem] = []
         self._measures: list[tuple[str, Callable[[Table], object]]] = []
         for name in dict.fromkeys(given):
             try:
                 self._measures.append((name, _measure(name, columns, robot)))
             except TwipError as error:
-                problems.append(str(error))
+                problems += error.problems
         conditions = tuple(success) or (("fallen == 0",) if ROBOT in given else ())
         self.conditions = []
         for text in conditions:
             try:
                 self.conditions.append(Condition.parse(text))
             except TwipError as error:
-                problems.append(str(error))
+                problems += error.problems
         if not problems and not self._measures:
             problems.append("no metrics: name some, such as max:COMPONENT.VARIABLE or FILE.py:FUNCTION")
         if not problems and self.names is not None:
             problems += self._unknown(self.names)
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
 
     @property
     def names(self) -> tuple[str, ...] | None:

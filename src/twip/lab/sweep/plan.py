@@ -13,7 +13,7 @@ from ...cosim.model.system import System
 from ...cosim.reading import arguments
 from ...cosim.ssp.parameter_file import parameters_of
 from ...cosim.values.written import Value
-from ...errors import TwipError
+from ...errors import Problem, TwipError
 from ..metrics import METRICS
 from .axis import Axis
 from .design import run_seed, unit_points
@@ -88,15 +88,15 @@ class Plan:
     def systems(self) -> dict[str, System]:
         """Load the system with each parameter set and the start values of every run. Raises `TwipError`."""
         systems: dict[str, System] = {}
-        problems: dict[str, None] = {}
+        problems: list[Problem] = []
         for chosen in self.sets():
             try:
                 files = (*self.parameters, *chosen.files)
                 systems[chosen.label] = load(self.system, parameters=files, start_values=self.start_values)
             except TwipError as error:
-                problems.update(dict.fromkeys(str(error).splitlines()))
+                problems += error.problems
         if problems:
-            raise TwipError("\n".join(problems))
+            raise TwipError(problems)
         return systems
 
     def describe(self, systems: Mapping[str, System]) -> dict[str, Any]:
@@ -250,14 +250,14 @@ def _check_names(plan: Plan, systems: Mapping[str, System]) -> None:
             if label and problems:
                 break
     if problems:
-        raise TwipError("\n".join(dict.fromkeys(problems)))
+        raise TwipError(problems)
 
 
 def _check_values(
     points: Sequence[Point], systems: Mapping[str, System], seeded: Mapping[str, tuple[str, ...]]
 ) -> None:
     """Check every distinct value of every variable by the rules of `load`, and the ends of the seeds' range."""
-    problems: dict[str, None] = {}
+    problems: list[Problem] = []
     checked: set[tuple[str, str, str]] = set()
     for label, names in seeded.items():
         for seed in (0, 2**31 - 1):
@@ -271,8 +271,8 @@ def _check_values(
         try:
             systems[point.parameter_set].with_start_values(new)
         except TwipError as error:
-            problems.update(dict.fromkeys(str(error).splitlines()))
+            problems += error.problems
     if problems:
-        lines = list(problems)
-        more = [f"… and {len(lines) - _SHOWN} more values"] if len(lines) > _SHOWN else []
-        raise TwipError("\n".join(lines[:_SHOWN] + more))
+        found = TwipError(problems).problems
+        more = [f"… and {len(found) - _SHOWN} more values"] if len(found) > _SHOWN else []
+        raise TwipError([*found[:_SHOWN], *more])

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ...cosim.values.written import Value
-from ...errors import TwipError
+from ...errors import Problem, TwipError
 from .axis import Axis, Distribution
 from .plan import ParameterSet, Plan
 
@@ -35,7 +35,7 @@ class _Reader:
     def __init__(self, path: Path, content: Mapping[str, Any]):
         self.path = path
         self.content = content
-        self.problems: list[str] = []
+        self.problems: list[str | Problem] = []
 
     def plan(self) -> Plan:
         known = ("system", "input_file", *_COUNTS, *_TIMES, *_WORDS, *_LISTS, *_TABLES)
@@ -76,7 +76,7 @@ class _Reader:
         plan["parameter_sets"] = tuple(self._sets(given.get("parameter_sets", {})))
         plan.pop("vary", None)
         if self.problems:
-            raise TwipError("\n".join(f"{self.path}: {problem}" for problem in self.problems))
+            raise TwipError(f"{self.path}: {problem}" for problem in self.problems)
         return Plan(**plan)
 
     def _file(self, name: str) -> Path:
@@ -127,7 +127,7 @@ class _Reader:
                 raise TwipError("grid must be FROM:TO:COUNT or FROM:TO:COUNT:log")
             return [Axis.parse(label, f"{'x' if factor else ''}{content}", names)]
         except TwipError as error:
-            self.problems.append(f"{where}: {str(error).removeprefix(f'{label}: ')}")
+            self.problems += error.about(where).problems
             return []
 
 

@@ -151,7 +151,7 @@ class Session:
             metrics = self.judge.metrics(self.table(task))
             return Row(task.number, self.judge.verdict(metrics), None, metrics)
         except TwipError as error:
-            return Row(task.number, ERROR, "; ".join(str(error).splitlines()), {})
+            return Row(task.number, ERROR, "; ".join(map(str, error.problems)), {})
 
     def close(self) -> None:
         """Free the instances."""
@@ -219,7 +219,7 @@ def rehearse(job: Job, tasks: Sequence[Task]) -> Rehearsal:
             except MetricError as error:
                 raise TwipError(f"{error} (run {task.number})") from None
             except TwipError as error:
-                row = Row(task.number, ERROR, "; ".join(str(error).splitlines()), {})
+                row = Row(task.number, ERROR, "; ".join(map(str, error.problems)), {})
                 continue
             begin = time.perf_counter()
             same = _same_after_reset(session, task, (tasks[-1], tasks[len(tasks) // 2], task), table)
