@@ -1,5 +1,6 @@
 """What tests of several layers share."""
 
+import os
 import signal
 
 import pytest
@@ -22,10 +23,15 @@ def heard_signals():
 
 @pytest.fixture(scope="session", autouse=True)
 def cache(tmp_path_factory):
-    """A folder of the test session for kept unpacked FMUs, in place of the user's."""
+    """A folder of the test session for kept unpacked FMUs, in place of the user's.
+
+    What Zig has compiled stays beside the folders of all sessions: it depends on the sources alone.
+    """
     folder = tmp_path_factory.mktemp("cache")
+    compiled = tmp_path_factory.getbasetemp().parent / "zig"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TWIP_CACHE", str(folder))
+        patch.setenv("ZIG_GLOBAL_CACHE_DIR", os.environ.get("ZIG_GLOBAL_CACHE_DIR") or str(compiled))
         yield folder
 
 

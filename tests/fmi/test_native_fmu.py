@@ -73,8 +73,9 @@ def described(path):
     co_simulation = root.find("CoSimulation")
     for name in ("needsExecutionTool", "canNotUseMemoryManagementFunctions"):
         co_simulation.attrib.pop(name, None)
-    for files in co_simulation.findall("SourceFiles"):
-        co_simulation.remove(files)
+    for parent, name in ((co_simulation, "SourceFiles"), (root, "VendorAnnotations")):
+        for element in parent.findall(name):
+            parent.remove(element)
     return [(e.tag, dict(e.attrib)) for e in root.iter()]
 
 

@@ -46,7 +46,7 @@ def package_native(face: Path, output: Path, version: str, platforms: Sequence[P
         raise TwipError(problems)
     _try_a_step(block)
     sources = {f"{block.name}.c": block_source(block).encode()}
-    interface = replace(interface_of(block), capabilities=CAPABILITIES)
+    interface = replace(interface_of(block), capabilities=CAPABILITIES, native=False)
     readme, icon = face.with_name("README.md"), face.with_name("model.png")
     page = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     extra = {"model.png": icon.read_bytes()} if icon.is_file() else {}

@@ -29,7 +29,7 @@ typedef struct {
   void *environment;
 } Callbacks;
 
-enum { CO_SIMULATION = 1, LAST_SUCCESSFUL_TIME = 2, NATIVE = 2147483647 };
+enum { CO_SIMULATION = 1, LAST_SUCCESSFUL_TIME = 2 };
 
 /* The host reads the text as a C format: per cent signs are doubled. */
 static void tell_host(Instance *c, Status status, const char *category, const char *text) {
@@ -126,11 +126,8 @@ SET(SetInteger, int, TWIP_INTEGER, "Integer", (double)x)
 SET(SetBoolean, Boolean, TWIP_BOOLEAN, "Boolean", x ? 1.0 : 0.0)
 
 EXPORT Status FMI(GetString)(Instance *c, const Reference *references, size_t count, const char **values) {
-  for (size_t i = 0; i < count; i++) {
-    if (references[i] != NATIVE || TWIP_MODEL.places) return twip_no_variable(c, references[i], "String");
-    values[i] = twip_native(c);
-  }
-  return TWIP_OK;
+  (void)values;
+  return count ? twip_no_variable(c, references[0], "String") : TWIP_OK;
 }
 
 EXPORT Status FMI(SetString)(Instance *c, const Reference *references, size_t count, const char *const *values) {

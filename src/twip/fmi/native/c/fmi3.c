@@ -21,8 +21,6 @@ typedef twip_Instance Instance;
 typedef uint32_t Reference;
 typedef void (*Logger)(void *, Status, const char *, const char *);
 
-enum { NATIVE = 2147483647 };
-
 /* FMI 3.0 has no callbacks for memory: it comes from what the process has anyway. */
 #if defined(_WIN32) && defined(TWIP_NO_LIBRARY)
 __declspec(dllimport) void *__stdcall GetProcessHeap(void);
@@ -167,16 +165,6 @@ SET(SetFloat64, double, TWIP_REAL, "Float64", x)
 SET(SetInt32, int32_t, TWIP_INTEGER, "Int32", (double)x)
 SET(SetBoolean, bool, TWIP_BOOLEAN, "Boolean", x ? 1.0 : 0.0)
 
-EXPORT Status FMI(GetString)(
-    Instance *c, const Reference *references, size_t count, const char **values, size_t value_count) {
-  if (count != value_count) return wrong_count(c);
-  for (size_t i = 0; i < count; i++) {
-    if (references[i] != NATIVE || TWIP_MODEL.places) return twip_no_variable(c, references[i], "String");
-    values[i] = twip_native(c);
-  }
-  return TWIP_OK;
-}
-
 /* Types that no variable has. */
 #define GET_NONE(NAME, TYPE) \
   EXPORT Status FMI(Get##NAME)( \
@@ -199,7 +187,7 @@ NO_VARIABLES(UInt16, uint16_t)
 NO_VARIABLES(UInt32, uint32_t)
 NO_VARIABLES(Int64, int64_t)
 NO_VARIABLES(UInt64, uint64_t)
-SET_NONE(String, char *)
+NO_VARIABLES(String, char *)
 
 EXPORT Status FMI(GetBinary)(Instance *c, const Reference *references, size_t count, size_t *sizes,
     const uint8_t **values, size_t value_count) {

@@ -30,7 +30,6 @@ typedef struct twip_Instance {
   void (*release)(void *memory);
   const char *name;
   uint8_t logged[TWIP_ERROR + 1]; /* by status */
-  char texts[44]; /* what fmi2GetString and fmi3GetString have answered */
   double *values, *refused;
   twip_State state; /* in front of the values */
 } twip_Instance;
@@ -366,31 +365,6 @@ static inline twip_Status twip_do_step(twip_Instance *c, double time, double ste
   if (TWIP_MODEL.step(c->values, time, step_size, &report)) return TWIP_ERROR;
   c->state.reached = time + step_size;
   return twip_outputs_finite(c, true, time, step_size) ? TWIP_OK : TWIP_ERROR;
-}
-
-/* What org.twip.native offers: the step with the address of the values in place of the instance. -1: the FMI function
-   is to be called, for something has to be checked or told first. */
-static int32_t twip_native_step(double *values, double time, double step_size, int32_t prior) {
-  twip_Instance *c = (twip_Instance *)values - 1;
-  (void)prior;
-  const twip_State *s = &c->state;
-  if (s->failed || s->unchecked || !s->warned || s->mode != TWIP_STEPPING) return -1;
-  if (!(step_size > 0.0) || !twip_isfinite(step_size) || !twip_isfinite(time)) return -1;
-  return twip_do_step(c, time, step_size) == TWIP_OK ? 0 : -1;
-}
-
-/* The answer to the String of org.twip.native: the addresses of the values and of the step, as decimal numbers. */
-static inline const char *twip_native(twip_Instance *c) {
-  const uint64_t addresses[] = {(uint64_t)(uintptr_t)c->values, (uint64_t)(uintptr_t)twip_native_step};
-  twip_Text text = {c->texts, c->texts + sizeof c->texts - 1};
-  for (int i = 0; i < 2; i++) {
-    uint64_t unit = 1;
-    while (addresses[i] / unit > 9) unit *= 10;
-    if (i) twip_put(&text, " ");
-    for (; unit; unit /= 10) twip_put_digit(&text, (int)(addresses[i] / unit % 10));
-  }
-  *text.at = 0;
-  return c->texts;
 }
 
 /* Saved states */
