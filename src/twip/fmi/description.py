@@ -16,8 +16,8 @@ GENERATION_DATE = "2026-01-01T00:00:00Z"
 """The same for every build, so that the same source gives the same bytes."""
 
 NATIVE_TOOL = "org.twip.native"
-"""Name of the annotation by which a master may find the values in memory and the compiled step; docs/native.md has the
-protocol.
+"""Name of the annotation by which a master may find the values in memory and the compiled step; the protocol is in
+docs/native_functions.md.
 """
 
 

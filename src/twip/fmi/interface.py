@@ -52,7 +52,7 @@ class Interface:
     sources: tuple[str, ...] = ()
     """C files of which the FMU can be built."""
     native: bool = False
-    """Whether it offers native functions (docs/native.md)."""
+    """Whether it offers native functions (docs/native_functions.md)."""
     initially_all: bool = False
     """Whether initial values depend on all that can be set; otherwise on the declared inputs and all parameters."""
 

@@ -1,10 +1,10 @@
 """Native access to an instance: its values in memory and its step as a C function, for the compiled loop.
 
 An FMU written in Python answers every FMI call in the interpreter. One that compiles its code can offer the values and
-the compiled step themselves (docs/native.md): the model description names, in the vendor annotation `org.twip.native`,
-the value reference of a String, and fmi2GetString returns two addresses under it, or an empty text when nothing is
-compiled. The step behaves as fmi2DoStep does; one that cannot do its work returns `DECLINED` with nothing changed, or
-with the reason left for fmi2DoStep, which is then called instead.
+the compiled step themselves (docs/native_functions.md): the model description names, in the vendor annotation
+`org.twip.native`, the value reference of a String, and fmi2GetString returns two addresses under it, or an empty text
+when nothing is compiled. The step behaves as fmi2DoStep does; one that cannot do its work returns `DECLINED` with
+nothing changed, or with the reason left for fmi2DoStep, which is then called instead.
 """
 
 from dataclasses import dataclass
