@@ -65,7 +65,7 @@ def test_isolated_fmus_go_back_too(parts):
 def test_the_tolerance_is_kept(parts):
     errors = []
     for tolerance in (1e-3, 1e-6, 1e-10):
-        table, _ = run(algebraic(parts, 0.5), step_size=0.1, iteration_tolerance=tolerance)
+        table, _ = run(algebraic(parts, 0.5), step_size=0.1, options={"iteration_tolerance": tolerance})
         errors.append(np.abs(table["p.y"] - 2.0 * table.times).max())
         assert errors[-1] <= 2.0 * tolerance * 2.0  # relative to the largest value, 2
 
@@ -83,7 +83,7 @@ def test_a_loop_without_solution_is_a_failure_that_names_its_signals_and_leaves_
     with load(algebraic(parts, 1.0)) as loaded:  # p.y = p.y + t: none but at t = 0
         table = Table(loaded.channels)
         with pytest.raises(TwipError) as failure:
-            simulate(loaded, sinks=[table], coupling="iterated", step_size=0.25, maximum_iterations=7)
+            simulate(loaded, sinks=[table], coupling="iterated", step_size=0.25, options={"maximum_iterations": 7})
     assert str(failure.value).startswith("the step from t = 0 s does not converge within 7 iterations to 1e-08: ")
     assert "q.y → p.u still changes by " in str(failure.value) or "p.y → q.u still changes by " in str(failure.value)
     assert table.times.tolist() == [0.0]
@@ -121,7 +121,7 @@ def test_every_step_is_the_implicit_one(parts):
         old = np.array([[1.0, (1 - share) * h], [-(1 - share) * h, 1.0]])
         for _ in range(20):
             found.append(tuple(np.linalg.solve(new, old @ found[-1])))
-        table, _ = run(oscillator(parts), step_size=h, mid_step=mid_step, iteration_tolerance=1e-13)
+        table, _ = run(oscillator(parts), step_size=h, mid_step=mid_step, options={"iteration_tolerance": 1e-13})
         # 20 steps with an error of the tolerance each, doubled for both variables
         np.testing.assert_allclose(np.column_stack([table["a.x"], table["b.x"]]), found, atol=40 * 1e-13)
 
@@ -193,9 +193,16 @@ def test_fmus_that_cannot_save_their_state_are_named_before_the_run(parts):
         ({"loop": "compiled"}, "loop 'compiled' cannot repeat steps, as iterated coupling does: take loop 'python'"),
         ({"own_steps": {"a": 0.2}}, "own step of a: iterated coupling repeats steps that are the same for all"),
         ({"order": ["a", "b"]}, "an order by hand has a meaning under gauss-seidel only, not under iterated"),
-        ({"iteration_tolerance": 0.0}, "iteration tolerance 0.0 must be a positive number"),
-        ({"maximum_iterations": 0}, "maximum of 0 iterations must be at least 1"),
-        ({"coupling": "jacobi", "iteration_tolerance": 1e-6}, "iteration tolerance has a meaning under iterated only"),
+        ({"options": {"iteration_tolerance": 0.0}}, "iteration tolerance 0.0 must be a positive number"),
+        ({"options": {"maximum_iterations": 0}}, "maximum of 0 iterations must be at least 1"),
+        (
+            {"coupling": "jacobi", "options": {"iteration_tolerance": 1e-6}},
+            "iteration tolerance has a meaning under iterated only",
+        ),
+        (
+            {"options": {"iteration_tolerence": 1e-6}},
+            "there is no option iteration_tolerence of a coupling, did you mean iteration_tolerance?",
+        ),
     ],
 )
 def test_what_does_not_go_together_is_refused(parts, options, problem):
@@ -210,7 +217,7 @@ def test_a_file_proposes_the_iteration(parts):
     path.write_text(
         path.read_text().replace(TAIL, f'<ssd:DefaultExperiment stopTime="1">{said}</ssd:DefaultExperiment>')
     )
-    given = {"step_size": 0.1, "iteration_tolerance": 1e-5, "maximum_iterations": 3}
+    given = {"step_size": 0.1, "options": {"iteration_tolerance": 1e-5, "maximum_iterations": 3}}
     np.testing.assert_array_equal(run(path, coupling=None)[0].values, run(oscillator(parts), **given)[0].values)
 
 
@@ -222,7 +229,7 @@ def test_a_checkpoint_continues_bit_for_bit(parts, mid_step):
     rest, _ = run(path, step_size=0.05, mid_step=mid_step, resume=file)
     assert rest.values.tobytes() == whole.values[8:].tobytes()
     with pytest.raises(TwipError, match="iteration tolerance differs: 1e-06 here, 1e-08 in the checkpoint"):
-        run(path, step_size=0.05, mid_step=mid_step, resume=file, iteration_tolerance=1e-6)
+        run(path, step_size=0.05, mid_step=mid_step, resume=file, options={"iteration_tolerance": 1e-6})
 
 
 def test_a_chain_of_stages_follows_its_closed_form(parts):

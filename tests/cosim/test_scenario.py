@@ -216,7 +216,7 @@ def test_a_loop_with_a_fault_is_solved(fmus, tmp_path):
     wires[0] = connection("b.y -> a.u", linear(factor=3))
     (tmp_path / "s.toml").write_text(fault("noise", "a.u", deviation=3, start=0.5))
     with pytest.raises(TwipError, match="does not converge"):
-        simulate(load(write(tmp_path, system(parts, wires))), **options, maximum_iterations=1)
+        simulate(load(write(tmp_path, system(parts, wires))), **options, options={"maximum_iterations": 1})
 
 
 def test_components_with_steps_of_their_own_take_faults_at_their_turn(path):

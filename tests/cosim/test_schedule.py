@@ -6,6 +6,7 @@ import numpy as np
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import load
+from twip.cosim.coupling.algorithms import COUPLINGS
 from twip.cosim.coupling.coupling import Coupling
 from twip.cosim.coupling.feedthrough import evaluation_order
 from twip.cosim.coupling.scheduling import make_schedule
@@ -56,7 +57,9 @@ def test_the_arrays_of_both_couplings(folder):
         "w<",
     )
     with load(write(folder, body)) as loaded:
-        jacobi, seidel = (make_schedule(loaded, Coupling(coupling)) for coupling in ("jacobi", "gauss-seidel"))
+        jacobi, seidel = (
+            make_schedule(loaded, Coupling(COUPLINGS[coupling])) for coupling in ("jacobi", "gauss-seidel")
+        )
         names = loaded.columns
     assert names[:6] == ["b.u", "b.y", "b.z", "a.u", "a.y", "a.z"]
     mixed = jacobi.components[2]

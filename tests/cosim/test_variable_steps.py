@@ -186,7 +186,7 @@ def test_a_step_that_an_fmu_discards_is_done_in_smaller_ones(parts, isolate):
 
 def test_a_step_that_does_not_converge_is_done_in_smaller_ones(parts):
     path = oscillator(parts)
-    given = {"coupling": "iterated", "maximum_iterations": 2, "iteration_tolerance": 1e-6}
+    given = {"coupling": "iterated", "options": {"maximum_iterations": 2, "iteration_tolerance": 1e-6}}
     with pytest.raises(TwipError, match="does not converge within 2 iterations"):
         run(path, step_size=0.25, **given)
     table, result = run(path, step_size=0.25, tolerance=1e-2, **given)

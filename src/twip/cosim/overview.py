@@ -70,10 +70,7 @@ def _steps(grid: TimeGrid, coupling: Coupling) -> str:
 def _coupling_lines(coupling: Coupling, grid: TimeGrid) -> list[tuple[str, str]]:
     lines = [("at mid-step", name) for name in coupling.mid_step]
     lines += [("own step", f"{name}, {count * grid.step_size:g} s") for name, count in coupling.own_steps]
-    if coupling.name == "iterated":
-        rule = coupling.iteration
-        lines.append(("iterations", f"at most {rule.maximum}, tolerance {rule.tolerance:g}"))
-    return lines
+    return lines + coupling.algorithm.described(coupling.settings)
 
 
 def unconnected(system: System, driven: set[int]) -> list[tuple[str, str]]:

@@ -45,8 +45,7 @@ def simulate(
     mid_step: str | Sequence[str] | None = None,
     order: str | Sequence[str] | None = None,
     own_steps: Mapping[str, float] | None = None,
-    iteration_tolerance: float | None = None,
-    maximum_iterations: int | None = None,
+    options: Mapping[str, float] | None = None,
     tolerance: float | None = None,
     minimum_step: float | None = None,
     maximum_step: float | None = None,
@@ -70,8 +69,9 @@ def simulate(
     `mid_step` names inputs (`component.variable`) that are taken at the middle of each step, on the line through the
     source's last two values. `order` names all components in the order in which Gauss–Seidel is to run them, instead of
     that of their feed-through. `own_steps` gives components a step of their own in s, a whole multiple of `step_size`.
-    Iterated steps are repeated until coupling variables change by less than `iteration_tolerance`, relative to
-    magnitude or nominal value (default 1e-8), at most `maximum_iterations` times (default 50).
+    `options` are those of the coupling alone, by name: iterated steps are repeated until coupling variables change by
+    less than `iteration_tolerance`, relative to magnitude or nominal value (default 1e-8), at most `maximum_iterations`
+    times (default 50).
     What is not given comes from the system's description, then from the FMUs; a given `coupling` leaves the
     description's mid-step inputs, order and iteration aside.
 
@@ -119,8 +119,7 @@ def simulate(
             mid_step=None if mid_step is None else names("mid_step", mid_step),
             order=None if order is None else names("order", order),
             own_steps=None if own_steps is None else by_name("own_steps", own_steps),
-            iteration_tolerance=iteration_tolerance,
-            maximum_iterations=maximum_iterations,
+            options={} if options is None else by_name("options", options),
             tolerance=tolerance,
             minimum_step=minimum_step,
             maximum_step=maximum_step,

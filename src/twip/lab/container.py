@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from ..cosim.coupling.algorithms import COUPLINGS, DEFAULT
 from ..cosim.model.system import Copy, System
 from ..cosim.model.time_grid import time_grid
 from ..errors import TwipError
@@ -58,10 +59,10 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
 def _otherwise(system: System) -> list[str]:
     """Return what of the system's own way to run a container does not keep."""
     result, algorithm = [], system.experiment.algorithm
-    if algorithm.coupling == "gauss-seidel":
-        result.append("components exchange values once per step (Jacobi), not one after the other (Gauss–Seidel)")
-    if algorithm.coupling == "iterated":
-        result.append("components exchange values once per step (Jacobi), which is not repeated")
+    coupling = DEFAULT if algorithm.coupling is None else COUPLINGS[algorithm.coupling]
+    unlike = f"not by {coupling.name}" if coupling.unlike_jacobi is None else coupling.unlike_jacobi
+    if unlike:
+        result.append(f"components exchange values once per step (Jacobi), {unlike}")
     if algorithm.mid_step:
         result.append(f"inputs are not taken at the middle of a step: {', '.join(algorithm.mid_step)}")
     if algorithm.own_steps:

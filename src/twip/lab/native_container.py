@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.coupling.coupling import Coupling
+from ..cosim.coupling.algorithms import named
+from ..cosim.coupling.coupling import INITIAL, Coupling
 from ..cosim.coupling.scheduling import make_schedule
 from ..cosim.model.schedule import Schedule
 from ..cosim.model.system import System
@@ -36,7 +37,7 @@ def pack_native(
     schedule = make_schedule(system, coupling, driven)
     names = _names(system)
     wiring = Wiring(
-        _stages(make_schedule(system, Coupling("gauss-seidel"), driven), names, mid_step=False),
+        _stages(make_schedule(system, INITIAL, driven), names, mid_step=False),
         _stages(schedule, names, mid_step=True),
         _words(coupling),
     )
@@ -66,8 +67,9 @@ def pack_native(
 
 def _refuse(system: System, coupling: Coupling) -> None:
     problems = []
-    if coupling.name == "iterated":
-        problems.append("iterated coupling: a native container steps by jacobi or gauss-seidel")
+    if coupling.algorithm.repeats:
+        able = named(lambda a: not a.repeats)
+        problems.append(f"{coupling.name} coupling: a native container steps by {able}")
     if coupling.control is not None:
         problems.append("variable steps: a native container has equal steps")
     problems += [f"{name} has a step of its own: a native container steps all alike" for name, _ in coupling.own_steps]
@@ -109,7 +111,5 @@ def _stages(schedule: Schedule, names: dict[int, Name], mid_step: bool) -> tuple
 
 
 def _words(coupling: Coupling) -> str:
-    if coupling.name == "jacobi":
-        return "all with the values of the beginning of the step (Jacobi)"
     middle = f"; {', '.join(coupling.mid_step)} at the middle of the step" if coupling.mid_step else ""
-    return f"one after the other, each with the newest values (Gauss–Seidel){middle}"
+    return f"{coupling.algorithm.summary}{middle}"

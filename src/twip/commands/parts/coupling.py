@@ -4,13 +4,13 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from ...cosim.model.algorithm import COUPLINGS
+from ...cosim.coupling.algorithms import COUPLINGS, DEFAULT, OPTIONS, named
 from ...errors import TwipError
 
 
 def declare_coupling(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--coupling", choices=COUPLINGS, help="default: the system's, else jacobi")
+    parser.add_argument("--coupling", choices=tuple(COUPLINGS), help=f"default: the system's, else {DEFAULT.name}")
     parser.add_argument(
         "--mid-step",
         nargs="*",
@@ -24,8 +24,8 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         action="extend",
         metavar="NAME",
-        help="all components in the order of execution under gauss-seidel, none for that of their feed-through; "
-        "default: the system's, unless --coupling is given",
+        help=f"all components in the order of execution under {named(lambda a: a.takes_order)}, none for that of their "
+        "feed-through; default: the system's, unless --coupling is given",
     )
     parser.add_argument(
         "--own-step",
@@ -35,19 +35,10 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
         help="components with a step of their own in s, a whole multiple of --step-size, none without names; "
         "default: the system's",
     )
-    parser.add_argument(
-        "--iteration-tolerance",
-        type=float,
-        metavar="X",
-        help="iterated steps are repeated until coupling variables change by less than this, relative to magnitude or "
-        "nominal value; default: the system's, else 1e-8",
-    )
-    parser.add_argument(
-        "--maximum-iterations",
-        type=int,
-        metavar="N",
-        help="repetitions of an iterated step after which the run fails; default: the system's, else 50",
-    )
+    for option in OPTIONS.values():
+        parser.add_argument(
+            f"--{option.name.replace('_', '-')}", type=option.kind, metavar=option.metavar, help=option.help
+        )
     parser.add_argument(
         "--tolerance",
         type=float,
@@ -68,13 +59,13 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
 
 def coupling_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what was given, by the names that `simulate` and `Algorithm` have for it."""
-    names = (
-        "coupling", "iteration_tolerance", "maximum_iterations", "tolerance", "minimum_step", "maximum_step",
-    )  # fmt: skip
+    names = ("coupling", "tolerance", "minimum_step", "maximum_step")
+    own = {name: getattr(arguments, name) for name in OPTIONS}
     lists = {name: getattr(arguments, name) for name in ("mid_step", "order")}
     return {
         **{name: getattr(arguments, name) for name in names},
         **{name: None if given is None else tuple(given) for name, given in lists.items()},
+        "options": {name: value for name, value in own.items() if value is not None},
         "own_steps": own_steps(arguments.own_step),
     }
 

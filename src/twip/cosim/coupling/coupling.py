@@ -1,14 +1,16 @@
 """The coupling of a run: how its components exchange values, and when each of them steps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ...errors import TwipError
 from ..model.algorithm import Algorithm
-from ..model.algorithm_problems import find_problems
-from ..model.iteration import ITERATIONS, TOLERANCE, Iteration
+from ..model.iteration import Iteration
 from ..model.system import System
 from ..model.time_grid import TimeGrid
+from .algorithm_problems import find_problems
+from .algorithms import COUPLINGS, DEFAULT, IN_ORDER
+from .algorithms.base import CouplingAlgorithm
 
 _DIVIDES = 1e-9
 """Relative deviation of a whole multiple that still counts as rounding."""
@@ -32,15 +34,15 @@ class Control:
 class Coupling:
     """How components exchange values, and when each of them steps."""
 
-    name: str = "jacobi"
-    """`jacobi`, `gauss-seidel` or `iterated`."""
+    algorithm: CouplingAlgorithm = DEFAULT
     mid_step: tuple[str, ...] = ()
     """Inputs (`component.variable`) taken at the middle of a step."""
     order: tuple[str, ...] = ()
     """All components in the order of execution, or none: by feed-through."""
     own_steps: tuple[tuple[str, int], ...] = ()
     """Components with a step of their own, in communication steps (more than one), in the order of their names."""
-    iteration: Iteration = field(default_factory=Iteration)
+    options: Mapping[str, float] = field(default_factory=dict)
+    """Of the algorithm, by name; its defaults for the others."""
     control: Control | None = None
     """None for equal steps."""
 
@@ -48,7 +50,6 @@ class Coupling:
     def of(cls, system: System, grid: TimeGrid, chosen: Algorithm) -> "Coupling":
         """Complete what is `chosen`. Raises `TwipError` with a line for each problem."""
         problems = [line for line, _ in find_problems(chosen, system.components, system.copies, system.columns)]
-        name = chosen.coupling or "jacobi"
         own_steps = {} if problems else dict(_multiples(chosen, grid, problems))
         control = None
         if chosen.tolerance and not problems:
@@ -65,23 +66,35 @@ class Coupling:
         if problems:
             raise TwipError(problems)
         return cls(
-            name,
+            DEFAULT if chosen.coupling is None else COUPLINGS[chosen.coupling],
             tuple(dict.fromkeys(chosen.mid_step or ())),
             tuple(chosen.order or ()),
             tuple(sorted((component, multiple) for component, multiple in own_steps.items() if multiple > 1)),
-            Iteration(
-                TOLERANCE if chosen.iteration_tolerance is None else chosen.iteration_tolerance,
-                ITERATIONS if chosen.maximum_iterations is None else chosen.maximum_iterations,
-            ),
+            dict(chosen.options),
             control,
         )
+
+    @property
+    def name(self) -> str:
+        """The name of the algorithm."""
+        return self.algorithm.name
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """The values of all options of the algorithm, by name."""
+        return self.algorithm.completed(self.options)
+
+    @property
+    def iteration(self) -> Iteration:
+        """When repeated stages are accepted."""
+        return self.algorithm.iteration(self.settings)
 
     @property
     def repeats(self) -> str:
         """What makes steps be repeated from an earlier state; empty if nothing does."""
         if self.control is not None:
             return "variable steps do"
-        return "iterated coupling does" if self.name == "iterated" else ""
+        return f"{self.name} coupling does" if self.algorithm.repeats else ""
 
     def identity(self) -> dict[str, object]:
         """Return what makes this coupling, by a name for messages; what is not used is left out."""
@@ -90,10 +103,12 @@ class Coupling:
             found["order by hand"] = list(self.order)
         for component, multiple in self.own_steps:
             found[f"own step of {component} [steps]"] = multiple
-        if self.name == "iterated":
-            found["iteration tolerance"] = self.iteration.tolerance
-            found["maximum iterations"] = self.iteration.maximum
-        return found
+        settings = self.settings
+        return found | {option.words: settings[option.name] for option in self.algorithm.options}
+
+
+INITIAL = Coupling(IN_ORDER)
+"""How values are exchanged at the start time, whatever the coupling of the steps."""
 
 
 def _multiples(chosen: Algorithm, grid: TimeGrid, problems: list[str]) -> Iterator[tuple[str, int]]:

@@ -51,7 +51,10 @@ def cannot_be_repeated(system: System, coupling: Coupling) -> list[str]:
         needed, why = list(range(len(system.components))), "variable steps need"
     else:
         schedule = make_schedule(system, coupling)
-        needed, why = [i for cycle in schedule.cycles for i in schedule.members(cycle)], "iterated coupling needs"
+        needed, why = (
+            [i for cycle in schedule.cycles for i in schedule.members(cycle)],
+            f"{coupling.name} coupling needs",
+        )
     lines = []
     for component in (system.components[i] for i in sorted(needed)):
         if not component.fmu.saves_state:

@@ -6,12 +6,13 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import TwipError
 from ..model.schedule import ComponentPorts, Group, Schedule
 from ..model.system import Component, Copy, System
 from ..values.types import RECORDED_TYPES, family
 from ..values.variable import Variable
 from .coupling import Coupling
-from .feedthrough import evaluation_order, split
+from .feedthrough import evaluation_order
 
 
 def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()) -> Schedule:
@@ -28,52 +29,48 @@ def make_schedule(system: System, coupling: Coupling, driven: Iterable[int] = ()
     order = evaluation_order(
         {c.name: {v.name: feedthrough_of(c, v.name) for v in c.outputs} for c in system.components}, sources
     )
-    cycles: list[tuple[int, int]] = []
-    in_order = list(coupling.order or order.components)
-    if coupling.name == "iterated":
-        blocks, in_order = split(order.components, sources), []
-        for names, is_cycle in blocks:
-            if is_cycle:
-                cycles.append((len(in_order), len(in_order) + len(names)))
-            in_order += names
+    stages = coupling.algorithm.stages(coupling.order or order.components, sources, coupling.settings)
+    in_order = [name for stage in stages.members for name in stage]
     index = {component.name: i for i, component in enumerate(system.components)}
-    execution = [index[name] for name in in_order]
-    stages = [execution] if coupling.name == "jacobi" else [[i] for i in execution]
-    stage_of = {system.components[i].name: s for s, stage in enumerate(stages) for i in stage}
-    planned: list[list[Copy]] = [[] for _ in range(len(stages) + 1)]
+    if sorted(in_order) != sorted(index):
+        raise TwipError(f"coupling {coupling.name}: the stages {stages.members} must have every component once")
+    stage_of = {name: s for s, stage in enumerate(stages.members) for name in stage}
+    planned: list[list[Copy]] = [[] for _ in range(len(stages.members) + 1)]
     for copy in copies:
-        planned[min((stage_of[name] for name in copy.used_by), default=len(stages))].append(copy)
+        planned[min((stage_of[name] for name in copy.used_by), default=len(stages.members))].append(copy)
     flat = [copy for stage in planned for copy in stage]
     columns, every = system.columns, dict(coupling.own_steps)
     return Schedule(
-        coupling.name,
-        len(columns),
-        tuple(columns),
-        _nominal(system),
-        tuple(
+        coupling=coupling.name,
+        columns=len(columns),
+        names=tuple(columns),
+        nominal=_nominal(system),
+        components=tuple(
             ComponentPorts(
-                c.name,
-                _groups(c.inputs, system.first_column[c.name]),
-                _groups(c.outputs, system.first_column[c.name] + len(c.inputs)),
+                name=c.name,
+                inputs=_groups(c.inputs, system.first_column[c.name]),
+                outputs=_groups(c.outputs, system.first_column[c.name] + len(c.inputs)),
             )
             for c in system.components
         ),
-        np.array(execution, np.int32),
-        np.cumsum([0, *map(len, stages), 0], dtype=np.int32),
-        np.cumsum([0, *map(len, planned)], dtype=np.int32),
-        np.array([c.destination for c in flat], np.int32),
-        np.array([c.source for c in flat], np.int32),
-        np.array([c.conversion.affine.factor for c in flat], np.float64),
-        np.array([c.conversion.affine.offset for c in flat], np.float64),
-        np.array([columns[c.destination] in coupling.mid_step for c in flat], np.bool_),
-        np.array([index[owner[c.source][0]] if c.source in owner else len(index) for c in flat], np.int32),
-        np.array([every.get(c.name, 1) for c in system.components], np.int64),
-        np.array([every.get(owner[c.destination][0], 1) if c.destination in owner else 1 for c in flat], np.int64),
-        {i: c.conversion.mapping for i, c in enumerate(flat) if c.conversion.mapping is not None},
-        tuple(c.label for c in flat),
-        order.paths,
-        tuple(cycles),
-        coupling.iteration,
+        order=np.array([index[name] for name in in_order], np.int32),
+        stage_order=np.cumsum([0, *map(len, stages.members), 0], dtype=np.int32),
+        stage_copies=np.cumsum([0, *map(len, planned)], dtype=np.int32),
+        destination=np.array([c.destination for c in flat], np.int32),
+        source=np.array([c.source for c in flat], np.int32),
+        factor=np.array([c.conversion.affine.factor for c in flat], np.float64),
+        offset=np.array([c.conversion.affine.offset for c in flat], np.float64),
+        middle=np.array([columns[c.destination] in coupling.mid_step for c in flat], np.bool_),
+        owner=np.array([index[owner[c.source][0]] if c.source in owner else len(index) for c in flat], np.int32),
+        every=np.array([every.get(c.name, 1) for c in system.components], np.int64),
+        copy_every=np.array(
+            [every.get(owner[c.destination][0], 1) if c.destination in owner else 1 for c in flat], np.int64
+        ),
+        mappings={i: c.conversion.mapping for i, c in enumerate(flat) if c.conversion.mapping is not None},
+        labels=tuple(c.label for c in flat),
+        loops=order.paths,
+        cycles=stages.cycles,
+        iteration=coupling.iteration,
     )
 
 

@@ -6,8 +6,7 @@ from typing import Any
 
 from ..reading.problems import Place
 
-COUPLINGS = ("jacobi", "gauss-seidel", "iterated")
-_SCHEME = ("coupling", "mid_step", "order", "iteration_tolerance", "maximum_iterations")
+_SCHEME = ("coupling", "mid_step", "order", "options")
 """What belongs to a coupling, and is set aside when the caller names another."""
 _LIMITS = ("minimum_step", "maximum_step")
 
@@ -25,8 +24,8 @@ class Algorithm:
     """All components in the order of execution."""
     own_steps: Mapping[str, float] | None = None
     """Own steps in s, by component."""
-    iteration_tolerance: float | None = None
-    maximum_iterations: int | None = None
+    options: Mapping[str, float] = field(default_factory=dict)
+    """Of the coupling alone, by name, such as `iteration_tolerance` and `maximum_iterations` of iterated coupling."""
     tolerance: float | None = None
     """Local error per step, relative to magnitude or nominal value; 0 stands for equal steps."""
     minimum_step: float | None = None
@@ -44,6 +43,8 @@ class Algorithm:
             for f in fields(self)
             if f.name not in ("places", *dropped) and getattr(self, f.name) is None
         }
+        if "options" not in dropped:
+            taken["options"] = {**proposed.options, **self.options}
         return self.having(taken)
 
     def having(self, values: Mapping[str, Any]) -> "Algorithm":

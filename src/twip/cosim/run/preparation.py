@@ -3,10 +3,10 @@
 import os
 from dataclasses import dataclass, field
 
+from ..coupling.algorithm_problems import find_problems
 from ..coupling.coupling import Coupling
 from ..coupling.rollback import repeatable
 from ..model.algorithm import Algorithm
-from ..model.algorithm_problems import find_problems
 from ..model.system import System, cannot_share_a_process
 from ..model.time_grid import TimeGrid, time_grid
 from ..reading.problems import Problems

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import TwipError
-from ..coupling.coupling import Coupling
+from ..coupling.algorithms import named
+from ..coupling.coupling import INITIAL, Coupling
 from ..coupling.execution import Execution
 from ..coupling.scheduling import make_schedule
 from ..coupling.variable_loop import VariableSteps
@@ -87,18 +88,19 @@ class RunState:
         self.variable: VariableSteps | None = None
         driven = self.inputs.columns.tolist()
         plan = make_schedule(system, self.coupling, driven)
-        in_order = self.coupling.name == "gauss-seidel" and not self.coupling.order
-        self.first_pass = plan if in_order else make_schedule(system, Coupling("gauss-seidel"), driven)
+        in_order = self.coupling.algorithm is INITIAL.algorithm and not self.coupling.order
+        self.first_pass = plan if in_order else make_schedule(system, INITIAL, driven)
         self.faults = Faults(self.scenario.faults, plan)
         self.schedule: Schedule = self.faults.schedule
         self.isolation = None if self.time_limit is None else Isolation(self.schedule, self.time_limit)
         self.values = vector(self.schedule.columns) if self.isolation is None else self.isolation.values
         self.warnings: list[str] = [*system.warnings, *self.scenario.warnings]
-        if self.coupling.name != "iterated":
+        if meaning := self.coupling.algorithm.in_a_loop:
+            solves = named(lambda algorithm: not algorithm.in_a_loop)
             for loop in self.schedule.loops:
                 self.warnings.append(
-                    f"algebraic loop: {loop}; under {self.coupling.name} a value in it is a step old"
-                    " (iterated coupling solves it; an output that does not follow an input at once should say so by"
+                    f"algebraic loop: {loop}; under {self.coupling.name} {meaning}"
+                    f" ({solves} coupling solves it; an output that does not follow an input at once should say so by"
                     " its dependencies)"
                 )
         types = [signal.type for channel in system.channels for signal in channel.signals]

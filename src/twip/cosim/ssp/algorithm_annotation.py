@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
-from ..model.algorithm import COUPLINGS, Algorithm
+from ..coupling.algorithm_problems import unknown_coupling
+from ..coupling.algorithms import COUPLINGS, OPTIONS
+from ..model.algorithm import Algorithm
 from ..reading.problems import Place
 from ..reading.xml import ANNOTATION, Element, Reader
 
 _ATTRIBUTES = {
     "stepSize": "step_size",
-    "iterationTolerance": "iteration_tolerance",
     "tolerance": "tolerance",
     "minimumStep": "minimum_step",
     "maximumStep": "maximum_step",
@@ -22,7 +23,7 @@ def read_algorithm(reader: Reader, annotation: Element, before: Algorithm) -> Al
         if _name(item) != "Algorithm":
             reader.problems.add(f"{item.tag} in annotation {ANNOTATION} is not supported", reader.place(item))
             continue
-        reader.attributes(item, {"coupling", "maximumIterations", *_ATTRIBUTES})
+        reader.attributes(item, {"coupling", *(o.attribute for o in OPTIONS.values()), *_ATTRIBUTES})
         places = dict(found.places)
         for attribute, target in _ATTRIBUTES.items():
             if item.get(attribute) is not None:
@@ -30,15 +31,23 @@ def read_algorithm(reader: Reader, annotation: Element, before: Algorithm) -> Al
                 places[target, ""] = reader.place(item)
         coupling = item.get("coupling", found.coupling)
         if coupling is not None and coupling not in COUPLINGS:
-            reader.problems.add(f"coupling {coupling!r} must be one of {', '.join(COUPLINGS)}", reader.place(item))
+            reader.problems.add(unknown_coupling(coupling), reader.place(item))
             coupling = None
-        limit = reader.number(item, "maximumIterations")
-        if limit is not None:
-            places["maximum_iterations", ""] = reader.place(item)
-            if limit != int(limit):
-                reader.problems.add(f"maximumIterations = {limit!r} must be a whole number", reader.place(item))
-            found = replace(found, maximum_iterations=int(limit))
+        found = replace(found, options={**found.options, **_read_options(reader, item, places)})
         found = replace(_read_names(reader, item, found, places), coupling=coupling, places=places)
+    return found
+
+
+def _read_options(reader: Reader, item: Element, places: dict[tuple[str, str], Place]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for option in OPTIONS.values():
+        if item.get(option.attribute) is not None:
+            places[option.name, ""] = reader.place(item)
+        value = reader.number(item, option.attribute)
+        if value is not None:
+            found[option.name] = option.kind(value)
+            if found[option.name] != value:
+                reader.problems.add(f"{option.attribute} = {value!r} must be a whole number", reader.place(item))
     return found
 
 

@@ -3,8 +3,8 @@
 from collections import Counter
 from collections.abc import Mapping
 
+from ..coupling.algorithm_problems import find_problems
 from ..fmus.unpacked import UnpackedFmus
-from ..model.algorithm_problems import find_problems
 from ..model.fmu import Fmu
 from ..model.signals import TIME, Channel, Signal, columns
 from ..model.system import Component, Copy, OpenConnector, ParameterLink, System

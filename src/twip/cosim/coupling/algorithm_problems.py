@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 
+from ..model.algorithm import Algorithm
+from ..model.system import Component, Copy
 from ..reading.wording import did_you_mean
 from ..values.types import family
-from .algorithm import COUPLINGS, Algorithm
-from .system import Component, Copy
+from .algorithms import COUPLINGS, DEFAULT, OPTIONS, named
+from .algorithms.base import CouplingAlgorithm
 
 Problem = tuple[str, tuple[str, str]]
 """A line, and the field and name that it is about (see `Algorithm.places`)."""
@@ -16,18 +19,23 @@ def find_problems(
     algorithm: Algorithm, components: Sequence[Component], copies: Sequence[Copy], columns: Sequence[str]
 ) -> list[Problem]:
     """Return everything in `algorithm` that this system cannot do, apart from what depends on start and stop time."""
-    found: list[Problem] = []
     if algorithm.coupling is not None and algorithm.coupling not in COUPLINGS:
-        found.append((f"coupling {algorithm.coupling!r} must be one of {', '.join(COUPLINGS)}", ("coupling", "")))
-        return found
+        return [(unknown_coupling(algorithm.coupling), ("coupling", ""))]
+    found: list[Problem] = []
+    coupling = DEFAULT if algorithm.coupling is None else COUPLINGS[algorithm.coupling]
     for name in dict.fromkeys(algorithm.mid_step or ()):
         if problem := _mid_step_problem(name, components, copies, columns):
             found.append((problem, ("mid_step", name)))
-    found += _order_problems(algorithm, [c.name for c in components])
-    found += _own_step_problems(algorithm, [c.name for c in components])
-    found += _iteration_problems(algorithm)
+    found += _order_problems(algorithm, coupling, [c.name for c in components])
+    found += _own_step_problems(algorithm, coupling, [c.name for c in components])
+    found += _option_problems(algorithm, coupling)
     found += _control_problems(algorithm)
     return found
+
+
+def unknown_coupling(name: str) -> str:
+    """Return the problem of a `name` that no coupling has."""
+    return f"coupling {name!r} must be one of {', '.join(COUPLINGS)}"
 
 
 def _mid_step_problem(
@@ -44,7 +52,7 @@ def _mid_step_problem(
     return ""
 
 
-def _order_problems(algorithm: Algorithm, names: list[str]) -> Iterator[Problem]:
+def _order_problems(algorithm: Algorithm, coupling: CouplingAlgorithm, names: list[str]) -> Iterator[Problem]:
     order = algorithm.order
     if not order:
         return
@@ -55,34 +63,43 @@ def _order_problems(algorithm: Algorithm, names: list[str]) -> Iterator[Problem]
             yield f"order: component {name} is named {order.count(name)} times", ("order", name)
     if missing := [name for name in names if name not in order]:
         yield f"order: {', '.join(missing)} missing; an order by hand names every component once", ("order", "")
-    if algorithm.coupling != "gauss-seidel":
-        coupling = algorithm.coupling or "jacobi"
-        yield f"an order by hand has a meaning under gauss-seidel only, not under {coupling}", ("order", "")
+    if not coupling.takes_order:
+        able = named(lambda a: a.takes_order)
+        yield f"an order by hand has a meaning under {able} only, not under {coupling.name}", ("order", "")
 
 
-def _own_step_problems(algorithm: Algorithm, names: list[str]) -> Iterator[Problem]:
+def _own_step_problems(algorithm: Algorithm, coupling: CouplingAlgorithm, names: list[str]) -> Iterator[Problem]:
     for name, size in (algorithm.own_steps or {}).items():
         place = ("own_steps", name)
         if name not in names:
             yield f"own step: there is no component {name}{did_you_mean(name, names)}", place
         elif not (math.isfinite(size) and size > 0.0):
             yield f"own step {size!r} s of {name} must be a positive number", place
-        elif algorithm.coupling == "iterated":
-            yield f"own step of {name}: iterated coupling repeats steps that are the same for all components", place
+        elif coupling.repeats:
+            yield (
+                f"own step of {name}: {coupling.name} coupling repeats steps that are the same for all components",
+                place,
+            )
         elif algorithm.tolerance:
             yield f"own step of {name}: with a tolerance the steps vary, and no step is a multiple of them", place
 
 
-def _iteration_problems(algorithm: Algorithm) -> Iterator[Problem]:
-    tolerance, maximum = algorithm.iteration_tolerance, algorithm.maximum_iterations
-    if tolerance is not None and not (math.isfinite(tolerance) and tolerance > 0.0):
-        yield f"iteration tolerance {tolerance!r} must be a positive number", ("iteration_tolerance", "")
-    if maximum is not None and maximum < 1:
-        yield f"maximum of {maximum} iterations must be at least 1", ("maximum_iterations", "")
-    for value, name in ((tolerance, "iteration_tolerance"), (maximum, "maximum_iterations")):
-        if value is not None and algorithm.coupling != "iterated":
-            coupling = algorithm.coupling or "jacobi"
-            yield f"{name.replace('_', ' ')} has a meaning under iterated only, not under {coupling}", (name, "")
+def _option_problems(algorithm: Algorithm, coupling: CouplingAlgorithm) -> Iterator[Problem]:
+    given = {name: algorithm.options[name] for name in OPTIONS if name in algorithm.options}
+    for name in algorithm.options:
+        if name not in OPTIONS:
+            yield f"there is no option {name} of a coupling{did_you_mean(name, list(OPTIONS))}", (name, "")
+    for name, value in given.items():
+        if problem := OPTIONS[name].problem(value):
+            yield problem, (name, "")
+    for name in given:
+        if not _takes(name, coupling):
+            able = named(partial(_takes, name))
+            yield f"{OPTIONS[name].words} has a meaning under {able} only, not under {coupling.name}", (name, "")
+
+
+def _takes(name: str, coupling: CouplingAlgorithm) -> bool:
+    return name in [option.name for option in coupling.options]
 
 
 def _control_problems(algorithm: Algorithm) -> Iterator[Problem]:
