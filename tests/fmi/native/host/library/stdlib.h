@@ -1,0 +1,1 @@
+/* FMI's headers include it without need; WebAssembly on its own has none. */
