@@ -13,7 +13,7 @@ import numpy as np
 from chain import write_chain
 
 from twip.cosim import load, simulate
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 
 FMUS = (2, 8, 32, 128)
 SIGNALS = (10, 30, 100, 300, 1000)
@@ -22,7 +22,7 @@ STEP_SIZE = 0.001
 MEMORY = """
 import resource, sys
 from twip.cosim import load, simulate
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 with load(sys.argv[1]) as system:
     log = McapLog(sys.argv[2], system.channels, system.provenance())
     simulate(system, stop_time=float(sys.argv[3]), sinks=[log], loop="compiled")

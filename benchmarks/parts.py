@@ -11,7 +11,7 @@ from bare import BareCalls, bare_calls
 
 from twip.cosim import load, simulate
 from twip.cosim.coupling import compiled_loop
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 
 STEPS = 10_000
 STEP_SIZE = 0.001

@@ -18,9 +18,9 @@ from pathlib import Path
 from statistics import median
 
 from twip.cosim import load, simulate
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.model.system import System
 from twip.cosim.run.results import Result
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.fmi.build import build_all
 
 DURATION = 10.0

@@ -31,7 +31,7 @@ FLOORS = (
     ("values",),
     ("model",),
     ("fmus", "log"),
-    ("coupling",),
+    ("coupling", "sinks"),
     ("ssp",),
     ("swap", "scenario"),
     ("run",),

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from twip.cosim import load, simulate
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 
 pytestmark = pytest.mark.foreign
 

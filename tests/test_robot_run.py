@@ -9,8 +9,8 @@ import numpy as np
 from lxml import etree
 
 from twip.cosim import Table, load, simulate
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
+from twip.cosim.sinks.mcap_log import McapLog
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 TWIP = [sys.executable, "-m", "twip.cli"]

@@ -11,7 +11,7 @@ from protocol import STEP_SIZE, arguments, serve
 from twip.cosim import load, simulate
 from twip.cosim.coupling import compiled_loop
 from twip.cosim.fmus.native import NOT_NATIVE
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 
 kind = sys.argv[4]
 ssp, _, logs = arguments()

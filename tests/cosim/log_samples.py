@@ -8,8 +8,8 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import Attachment, McapLog
 
 AWKWARD = [
     "a.b",

@@ -14,8 +14,8 @@ from ssp_writer import component, connection, system, write
 
 from twip.cosim import CsvSink, Table, load, simulate
 from twip.cosim.log import playback
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.run.interrupt_flag import InterruptFlag
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
 
 

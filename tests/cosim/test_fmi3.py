@@ -7,10 +7,9 @@ from echo_fmu import NUMBERS, compiled, echo2, echo3
 from ssp_writer import bind, connection, linear, system, write
 
 from twip.cli import main
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import CsvSink, Table, check, load, simulate
 from twip.cosim.log import playback
-from twip.cosim.log.mcap_log import McapLog
-from twip.cosim.run.results import CsvSink
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
 
 WHOLE = [name for name in NUMBERS if "Int" in name]

@@ -30,12 +30,12 @@ from ssp_writer import (
 
 from twip.cosim import check, load, simulate
 from twip.cosim.log import playback
-from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.model.time_grid import time_grid
 from twip.cosim.reading.problems import Problems
 from twip.cosim.run.checkpoint import Checkpoint
 from twip.cosim.scenario.inputs import NO_INPUTS
 from twip.cosim.scenario.scenario_file import read_scenario
+from twip.cosim.sinks.mcap_log import Attachment, McapLog
 from twip.cosim.ssp import schemas
 from twip.errors import TwipError
 

@@ -18,7 +18,7 @@ from twip.cli import main
 from twip.cosim import Table, check, load, simulate
 from twip.cosim.fmus import isolation
 from twip.cosim.log import playback
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
 
 SEGFAULT = "crashed: SIGSEGV (Segmentation fault)"

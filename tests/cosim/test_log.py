@@ -11,8 +11,8 @@ from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 
 from twip.cosim.log import playback
-from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import Attachment, McapLog
 from twip.errors import TwipError
 
 

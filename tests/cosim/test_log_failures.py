@@ -19,8 +19,8 @@ from mcap.exceptions import EndOfFile
 from mcap.stream_reader import StreamReader
 
 from twip.cosim.log import playback
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
 
 
@@ -61,7 +61,7 @@ def test_a_log_without_rows_leaves_what_is_there(tmp_path):
 CLOSES = """
 import os, sys
 import numpy as np
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 path, deed = sys.argv[1:]
@@ -133,7 +133,7 @@ def test_a_copy_of_the_process_does_not_write(tmp_path):
 DISK_FILLS = """
 import resource, sys
 import numpy as np
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 log = McapLog(sys.argv[1], [Channel("plant", (Signal("x", "Real", "m", "output"),))], {}, compression="none")
@@ -175,7 +175,7 @@ def test_disk_that_fills_up_leaves_whole_chunks(tmp_path):
 KILLED = """
 import sys, time
 import numpy as np
-from twip.cosim.log.mcap_log import McapLog
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.cosim.model.signals import Channel, Signal
 described = [Channel(c, tuple(Signal(f"v{i}", "Real", "m", "output") for i in range(20))) for c in ("plant", "imu")]
 log = McapLog(sys.argv[1], described, {"twip": {"seed": "7"}})

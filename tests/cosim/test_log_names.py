@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from log_samples import AWKWARD, read_by_mcap, table
 
 from twip.cosim.log.log_schema import PLAIN_TYPES, WIRES, descriptor, field_numbers, layout, topics, unique_identifiers
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import McapLog
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 300, 2050])

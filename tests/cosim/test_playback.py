@@ -15,9 +15,9 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from twip.cosim.log.log_schema import FORMAT
-from twip.cosim.log.mcap_log import Attachment, McapLog
 from twip.cosim.log.playback import Playback, read
 from twip.cosim.model.signals import Channel, Signal, columns
+from twip.cosim.sinks.mcap_log import Attachment, McapLog
 from twip.errors import TwipError
 
 CHANNELS = (

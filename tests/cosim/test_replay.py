@@ -10,8 +10,8 @@ from ssp_writer import component, connection, system, write
 
 from twip.cli import main
 from twip.cosim import Table, load, simulate
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
 from twip.fmi.declare import Variable
 from twip.fmi.replay import Recording, write_replay

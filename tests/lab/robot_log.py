@@ -4,9 +4,9 @@ from math import radians
 
 import numpy as np
 
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.lab.metrics import BLOCKS, REQUIRED
 
 UNITS = {

@@ -9,9 +9,9 @@ from PIL import Image
 from robot_log import robot_log, write
 
 from twip.cli import main
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.cosim.values.strings import number_of
 from twip.errors import TwipError
 from twip.lab.animation import animate

@@ -8,9 +8,9 @@ import pytest
 from robot_log import columns, pitch, robot_log, write
 
 from twip.cli import main
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.lab.remarks import cut_off, remarks
 from twip.lab.report.messages import MOST_CHARACTERS, MOST_MESSAGES, messages_table
 from twip.lab.report.page import page

@@ -12,9 +12,9 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from robot_log import METADATA, columns
 
-from twip.cosim.log.mcap_log import McapLog
 from twip.cosim.log.playback import read
 from twip.cosim.model.signals import Channel, Signal
+from twip.cosim.sinks.mcap_log import McapLog
 from twip.lab.rerun_view import recording, rerun
 from twip.lab.scene import One, scene
 

@@ -6,14 +6,14 @@ from importlib.metadata import version
 from pathlib import Path
 from signal import SIGINT
 
-from ..cosim import CsvSink, Result, System, simulate
+from ..cosim import McapLog, Result, RunDetails, System, open_sink, simulate
 from ..cosim.fmus.isolation import START_LIMIT, TIME_LIMIT
-from ..cosim.log.mcap_log import Attachment, McapLog
 from ..cosim.model.signals import Sink
 from ..cosim.model.time_grid import TimeGrid
 from ..cosim.run.checkpoint import Checkpoint
 from ..cosim.run.preparation import Request, grid_of, prepare
 from ..cosim.scenario.scenario_file import files_of
+from ..cosim.sinks.mcap_log import Attachment
 from ..errors import TwipError
 from ..lab.course import Course
 from ..lab.metrics import Verdict, is_robot
@@ -57,7 +57,12 @@ def declare(parser: argparse.ArgumentParser) -> None:
 
 def declare_execution(parser: argparse.ArgumentParser) -> None:
     """Declare how it is run, and what is written."""
-    parser.add_argument("--output-file", type=Path, metavar="FILE.csv", help="write all outputs as CSV; default: none")
+    parser.add_argument(
+        "--output-file",
+        type=Path,
+        metavar="FILE.csv",
+        help="write all outputs as CSV, or in the format that another ending names, such as .mcap; default: none",
+    )
     parser.add_argument(
         "--loop",
         choices=["compiled", "python"],
@@ -154,15 +159,18 @@ def run(arguments: argparse.Namespace) -> int:
         inputs = live.live_inputs(arguments, system)
         course = Course(system.channels, arguments.resume is not None) if is_robot(system.columns) else None
 
+        def details(grid: TimeGrid) -> RunDetails:
+            extras = scene(system.channels, metadata)  # for one sink: they remember the rows
+            return RunDetails(system.channels, metadata, attachments, grid.start, extras)
+
         def sinks(grid: TimeGrid) -> list[Sink]:
             opened: list[Sink] = [Warnings()] if course is None else [Warnings(), course]
             if inputs is not None:
                 opened.append(live.live_view(arguments, system, metadata, inputs, grid.start))
             if log is not None:
-                extras = scene(system.channels, metadata)
-                opened.append(McapLog(log, system.channels, metadata, attachments, grid.start, extras=extras))
+                opened.append(McapLog.open(log, details(grid)))
             if arguments.output_file is not None:
-                opened.append(CsvSink(arguments.output_file, system.channels))
+                opened.append(open_sink(arguments.output_file, details(grid)))
             return opened
 
         with progress_bar(system.name, grid.stop, "s") as progress, live.steering(inputs):

@@ -2,27 +2,34 @@
 
 from .fmus.pool import InstancePool
 from .load import check, load
-from .log.mcap_log import McapLog
 from .log.playback import read as read_log
 from .model.signals import Channel, Signal, Sink
 from .model.system import System
-from .run.results import CsvSink, Result, Table
+from .run.results import Result
 from .scenario.live_inputs import LiveInputs
 from .simulate import simulate
+from .sinks import open_sink
+from .sinks.base import FileSink, RunDetails
+from .sinks.csv_sink import CsvSink
+from .sinks.mcap_log import McapLog
+from .sinks.table_sink import Table
 
 __all__ = [
     "Channel",
     "CsvSink",
+    "FileSink",
     "InstancePool",
     "LiveInputs",
     "McapLog",
     "Result",
+    "RunDetails",
     "Signal",
     "Sink",
     "System",
     "Table",
     "check",
     "load",
+    "open_sink",
     "read_log",
     "simulate",
 ]

@@ -26,10 +26,11 @@ from .run.execute import execute
 from .run.interrupt_flag import InterruptFlag
 from .run.pace import Pacer
 from .run.preparation import Request, prepare
-from .run.results import Result, Table
+from .run.results import Result
 from .run.run_state import LoopKind, RunState
 from .scenario.live_inputs import LiveInputs
 from .scenario.plan import Scenario
+from .sinks.table_sink import Table
 
 LOOPS = ("compiled", "python")
 """How a schedule can be executed; the first is the default where numba is installed."""

@@ -7,10 +7,10 @@ from math import degrees
 from pathlib import Path
 
 from ..cosim.load import load
-from ..cosim.log.mcap_log import Attachment, McapLog
 from ..cosim.log.playback import read
 from ..cosim.model.time_grid import TimeGrid
 from ..cosim.simulate import simulate
+from ..cosim.sinks.mcap_log import Attachment, McapLog
 from ..fmi.build import build_all
 from .metrics import judge
 from .picture import stand_up_picture

@@ -17,9 +17,9 @@ from ..cosim.log import log_event
 from ..cosim.log.log_extra import ExtraChannel
 from ..cosim.log.log_rows import MESSAGE_HEAD, RowBlock
 from ..cosim.log.log_schema import field_numbers, layout
-from ..cosim.log.mcap_log import declare
 from ..cosim.model.signals import Channel
 from ..cosim.scenario.live_inputs import LiveInputs
+from ..cosim.sinks.mcap_log import declare
 from ..errors import TwipError
 from ..extras import optional
 from . import foxglove_protocol as protocol

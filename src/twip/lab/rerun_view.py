@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from ..cosim.log.log_schema import unique_identifiers
-from ..cosim.log.mcap_log import McapLog
 from ..cosim.log.playback import Playback, read
 from ..cosim.model.signals import Channel
+from ..cosim.sinks.mcap_log import McapLog
 from ..errors import TwipError
 from ..extras import missing, optional
 from ..outputs import replacing

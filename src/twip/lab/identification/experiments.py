@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from ...cosim.load import load
-from ...cosim.log.mcap_log import Attachment, McapLog
 from ...cosim.model.signals import columns
 from ...cosim.model.time_grid import TimeGrid
-from ...cosim.run.results import Table
 from ...cosim.simulate import simulate
+from ...cosim.sinks.mcap_log import Attachment, McapLog
+from ...cosim.sinks.table_sink import Table
 from ...outputs import write_file
 from ...robot.parameters import value
 from .recording import Array

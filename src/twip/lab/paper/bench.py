@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...cosim.run.results import Table
+from ...cosim.sinks.table_sink import Table
 from ...robot.parameters import value
 from ..identification.experiments import ZERO_TIME, Bench, Experiment, low_speeds, motor_values, run_up, staircase
 from ..identification.identify import Identification, identify

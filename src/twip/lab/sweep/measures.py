@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cosim.reading.wording import did_you_mean
-from ...cosim.run.results import Table
+from ...cosim.sinks.table_sink import Table
 from ...errors import Problem, TwipError
 from ..metrics import METRICS, is_robot, measure
 from ..numbers import rms

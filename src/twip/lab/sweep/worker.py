@@ -16,10 +16,10 @@ import numpy as np
 
 from ...cosim.fmus.pool import InstancePool
 from ...cosim.load import load
-from ...cosim.log.mcap_log import McapLog
 from ...cosim.model.system import System
-from ...cosim.run.results import Table
 from ...cosim.simulate import simulate
+from ...cosim.sinks.mcap_log import McapLog
+from ...cosim.sinks.table_sink import Table
 from ...cosim.values.written import Value
 from ...errors import TwipError
 from ...platform import end_now

@@ -11,21 +11,19 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import get_args
+from typing import ClassVar, Self, get_args
 
 import numpy as np
 from mcap import records
 from numpy.typing import NDArray
 
-from twip.cosim.log import log_event, log_texts
-
 from ...errors import TwipError
-from ..model.signals import Channel, columns
-from .log_extra import ExtraChannel
-from .log_extra import declare as declare_extras
-from .log_file import Attachment, Compression, McapFile, MessageBatch, encoded
-from .log_rows import RowBlock
-from .log_schema import (
+from ..log import log_event, log_texts
+from ..log.log_extra import ExtraChannel
+from ..log.log_extra import declare as declare_extras
+from ..log.log_file import Attachment, Compression, McapFile, MessageBatch, encoded
+from ..log.log_rows import RowBlock
+from ..log.log_schema import (
     EVENT_TOPIC,
     FORMAT,
     channel_metadata,
@@ -35,8 +33,10 @@ from .log_schema import (
     topics,
     unique_identifiers,
 )
-from .log_texts import TextColumns, text_columns
-from .log_times import LogTimes
+from ..log.log_texts import TextColumns, text_columns
+from ..log.log_times import LogTimes
+from ..model.signals import Channel, columns
+from .base import FileSink, RunDetails
 
 __all__ = ["Attachment", "McapLog"]
 
@@ -47,7 +47,7 @@ SIGNALS_NAME = "signals.csv"
 SHARED = "rows less than 1 ns apart share a time in the log, which keeps whole nanoseconds"
 
 
-class McapLog:
+class McapLog(FileSink):
     """Writes the rows and events of a run; a `Sink` and a context manager.
 
     `metadata` (record name → key → text) and `attachments` open the file, after a record `twip.log` (format, start time
@@ -60,6 +60,8 @@ class McapLog:
     Raises TwipError for a path that cannot be written, a failing disk, times out of order and values that are not of
     their type.
     """
+
+    endings: ClassVar[tuple[str, ...]] = (".mcap",)
 
     def __init__(
         self,
@@ -109,6 +111,11 @@ class McapLog:
         self._events: list[tuple[int, int, bytes]] = []
         """Time [ns], channel and record of the messages that are not rows."""
         self._event_counts = dict.fromkeys([self._event_channel, *self._text_channels], 0)
+
+    @classmethod
+    def open(cls, path: Path, run: RunDetails) -> Self:
+        """Open the log of a run."""
+        return cls(path, run.channels, run.metadata, run.attachments, run.start_time, extras=run.extras)
 
     def check_times(self, start: float, stop: float, step_size: float) -> None:
         """Refuse a run whose times in s do not fit; raises TwipError."""
