@@ -1,0 +1,73 @@
+"""The guide's examples run as printed, each as one new file in a copy of the package."""
+
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from twip.cosim import load, read_log, simulate
+
+ROOT = Path(__file__).parents[1]
+GUIDE = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+FILES = re.compile(r"^`([\w./]+)`:\n\n```\w+\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """A folder with a copy of the package."""
+    folder = tmp_path_factory.mktemp("extended")
+    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+@pytest.fixture
+def follow(package, built, tmp_path, monkeypatch):
+    """Follow a section of the guide: write its files and run its commands, in a folder that is returned."""
+
+    def section(title, *options):
+        (text,) = re.findall(rf"^## {title}\n(.*?)(?=^## |\Z)", GUIDE, re.DOTALL | re.MULTILINE)
+        (tmp_path / "ssp").symlink_to(built / "ssp")
+        new = [name for name, _ in FILES.findall(text) if name.startswith("src/")]
+        assert len(new) == 1, "one new file"
+        for name, content in FILES.findall(text):
+            path = (package if name in new else tmp_path) / name
+            assert not path.exists()
+            path.write_text(content, encoding="utf-8")
+        monkeypatch.setenv("PYTHONPATH", str(package / "src"))
+        commands = re.findall(r"^    twip (.*)$", text, re.MULTILINE)
+        assert commands
+        for command in commands:
+            words = [sys.executable, "-m", "twip.cli", *shlex.split(command), *options]
+            run = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+            assert run.returncode == 0, (command, run.stderr)
+        return tmp_path
+
+    return section
+
+
+def test_a_new_fault_acts_by_its_file_alone(follow):
+    log = read_log(follow("A fault", "--loop", "python") / "drift.mcap")
+    steps = np.arange(1000) - 250  # since the fault began, of 1 ms each
+    drift = np.where(steps < 0, 0.0, np.minimum(1.0, steps / 500) * 0.02)
+    assert np.array_equal(log["estimator.gyro"][1:], log["imu.gyro"][1:] + drift)
+    assert [(e.time, e.text) for e in log.events if "fault" in e.text] == [
+        (0.25, "fault begins: imu.gyro drifts by 0.02 rad/s within 0.5 s")
+    ]
+
+
+def test_a_new_sink_writes_by_its_file_alone(follow, built):
+    file = follow("A sink", "--loop", "python") / "robot.jsonl"
+    lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    rows = [line for line in lines if "message" not in line]
+    with load(built / "ssp" / "twip.ssp") as system:
+        result = simulate(system, stop_time=0.2, loop="python")
+        for name in ("plant.pitch", "controller.left.voltage"):
+            assert [row[name] for row in rows] == result[name].tolist()
+        assert list(rows[0]) == ["time", *system.columns]
+    assert [row["time"] for row in rows] == result.times.tolist()
