@@ -30,7 +30,7 @@ KINDS = {
     True: {name: number for number, name in enumerate(RECORDED_TYPES, FLOAT64)} | {"String": FLOAT64},
 }
 """By whether the function is told the number of values (FMI 3): from 3 on, in the order of the types. A String is a
-float64, see `text_access`.
+float64, see `fmus.access`.
 """
 _TYPE_OF = {kind: TYPES[name] for kinds in KINDS.values() for name, kind in kinds.items() if name != "String"}
 LEAST, MOST = (

@@ -8,7 +8,6 @@ import os
 import pathlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from ..model.system import Component
 from ..values.strings import number_of, text_of
 from ..values.variable import Variable
 from ..values.written import StartValue, Value
+from .access import Access, text_getter, text_setter
 from .messages import LEVELS
 from .sudden_end import watch
 
@@ -80,20 +80,6 @@ def one_line(text: str) -> str:
     if traceback:
         text = f"{before} {(after.strip().splitlines() or [''])[-1]}"
     return " ".join(text.split())
-
-
-@dataclass(frozen=True)
-class Access:
-    """The function that gets or sets the variables of one type."""
-
-    name: str
-    """As FMI calls it, such as `fmi3GetFloat64`."""
-    call: Callable[..., int]
-    """The C function; it returns the FMI status."""
-    element: Any
-    """The ctypes type of one value."""
-    counts_values: bool
-    """Whether the last argument is the number of values (FMI 3), since a variable may be an array."""
 
 
 class Instance(ABC):
@@ -168,12 +154,18 @@ class Instance(ABC):
         """Apply the start values and enter initialization mode; times in s."""
 
     @abstractmethod
+    def _access(self, verb: str, type_: str) -> Access:
+        """Return the FMU's function that gets or sets (`verb`) variables of a type."""
+
     def getter(self, type_: str) -> Access:
         """Return the function that gets variables of a type."""
+        access = self._access("Get", type_)
+        return text_getter(access) if type_ == "String" else access
 
-    @abstractmethod
     def setter(self, type_: str) -> Access:
         """Return the function that sets variables of a type."""
+        access = self._access("Set", type_)
+        return text_setter(access) if type_ == "String" else access
 
     @property
     @abstractmethod

@@ -7,9 +7,9 @@ from typing import Any
 from fmpy.fmi2 import FMU2Slave, fmi2Boolean, fmi2FMUstate, fmi2Real
 
 from ..values.types import TYPES
-from .component import DISCARD, Access, Instance
+from .access import Access
+from .component import DISCARD, Instance
 from .messages import Callbacks
-from .text_access import text_getter, text_setter
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 
@@ -43,18 +43,8 @@ class Fmi2Instance(Instance):
             self.set_value(start)
         self.call("fmi2EnterInitializationMode")
 
-    def getter(self, type_: str) -> Access:
-        """Return the function that gets variables of a type."""
-        access = self._access("fmi2Get", type_)
-        return text_getter(access) if type_ == "String" else access
-
-    def setter(self, type_: str) -> Access:
-        """Return the function that sets variables of a type."""
-        access = self._access("fmi2Set", type_)
-        return text_setter(access) if type_ == "String" else access
-
     def _access(self, verb: str, type_: str) -> Access:
-        name = f"{verb}{type_}"
+        name = f"fmi2{verb}{type_}"
         return Access(name, self._function(name), TYPES[type_].fmi2_type, counts_values=False)
 
     @property

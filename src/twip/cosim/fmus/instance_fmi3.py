@@ -14,8 +14,8 @@ from ..values.strings import text_of
 from ..values.types import TYPES
 from ..values.variable import Variable
 from ..values.written import StartValue, Value, parse_value
-from .component import UNFIT, Access, Instance
-from .text_access import text_getter, text_setter
+from .access import Access
+from .component import UNFIT, Instance
 
 BLOCK = 5
 """Words of the block."""
@@ -79,18 +79,8 @@ class Fmi3Instance(Instance):
             raise self.failure("start value", f"of {missing[0]} is not given, and the FMU states none that is valid")
         self.set_values(elements[0], [value for value in values if value is not None])
 
-    def getter(self, type_: str) -> Access:
-        """Return the function that gets variables of a type."""
-        access = self._access("fmi3Get", type_)
-        return text_getter(access) if type_ == "String" else access
-
-    def setter(self, type_: str) -> Access:
-        """Return the function that sets variables of a type."""
-        access = self._access("fmi3Set", type_)
-        return text_setter(access) if type_ == "String" else access
-
     def _access(self, verb: str, type_: str) -> Access:
-        name = f"{verb}{TYPES[type_].fmi3}"
+        name = f"fmi3{verb}{TYPES[type_].fmi3}"
         return Access(name, self._function(name), TYPES[type_].fmi3_type, counts_values=True)
 
     @property

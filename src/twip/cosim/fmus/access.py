@@ -1,13 +1,32 @@
-"""Gets and sets String variables as if they were Real: the values are the numbers that `strings` gives the texts.
+"""The functions of FMUs that get and set variables.
+
+Those of String variables are made to look like those of Real: the values are the numbers that `strings` gives the
+texts.
 
 The functions made here can be called from Python and, by their addresses, from compiled code, like those of an FMU.
 """
 
 import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from ..values.strings import number_of, text_of
-from .component import Access
+
+
+@dataclass(frozen=True)
+class Access:
+    """The function that gets or sets the variables of one type."""
+
+    name: str
+    """As FMI calls it, such as `fmi3GetFloat64`."""
+    call: Callable[..., int]
+    """The C function; it returns the FMI status."""
+    element: Any
+    """The ctypes type of one value."""
+    counts_values: bool
+    """Whether the last argument is the number of values (FMI 3), since a variable may be an array."""
+
 
 _BASIC = (
     ctypes.c_int,
