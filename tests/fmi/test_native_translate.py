@@ -62,11 +62,27 @@ def test_a_block_gives_the_same_bits(simple, tmp_path):
 
 FACE = '''
 from math import floor, gamma, log
-from typing import Any
+from typing import Any, NamedTuple
 from twip.fmi.declare import Block, input, output
 from twip.robot.kernel import kernel
 
 NAMES = ("a", "b")
+
+class Two(NamedTuple):
+    x: float
+    y: float
+
+class Pair(NamedTuple):
+    y: float
+    x: float
+
+class Texts(NamedTuple):
+    text: str
+
+@kernel
+def difference(two: Two) -> float:
+    """Return a difference."""
+    return two.x - two.y
 
 @kernel
 def helper(x: float) -> float:
@@ -132,6 +148,14 @@ REFUSED = {
     "v.result = 1.0 if v.a > NAMES else 2.0": "NAMES is neither a local name nor a number of its module",
     "v.result = float(floor(v.a) * floor(v.a))": "a product of two results of floor",
     "v.result = float(99999999999999999999)": "constants of type float, int of 64 bits, and bool only",
+    "two = Two(v.a, 1.0)\nv.result = two.z": "two.z: Two has no field z",
+    "two = (v.a, 1.0)\nv.result = two.x": "two.x: tuple[float, float] has no field x",
+    "v.result = difference((v.a, 1.0))": "(v.a, 1.0) is of type tuple[float, float], where Two is wanted",
+    "v.result = difference(Pair(v.a, 1.0))": "Pair(v.a, 1.0) is of type Pair, where Two is wanted",
+    "two = Two(v.a, 1.0)\ntwo = Pair(v.a, 1.0)\nv.result = two.x": "Pair(v.a, 1.0) is of type Pair, where Two is",
+    "v.result = difference(Two(v.a))": "Two takes 2 arguments",
+    "texts = Texts(v.a)\nv.result = 1.0": "Texts: the fields of a NamedTuple are float, int, bool or tuples of these",
+    "two = Two(v.a, 1.0)\ntwo.x = 2.0\nv.result = two.x": "two.x: kernels assign floats to the block's values",
     "def inner(): pass": "kernels have no statement of this kind (FunctionDef)",
     "v.result = step": "step is neither a local name nor a number of its module",
     "return v.a": "v.a is of type float, where None is wanted",

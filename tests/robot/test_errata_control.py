@@ -60,7 +60,7 @@ def test_eq_51_lacks_a_division_by_c4(c4, printed_holds):
     """s2' = -epsilon2 takes (c3/c4) M66; the printed c3 M66 does it for c4 = 1 alone."""
     model = instance(CONTROLLER, c4=c4)
     ours = yaw_torque(model, **MOTION, reach=1.0)
-    m66 = constants(instance(PLANT))[5] + model.body_mass * (model.cog_height * math.sin(MOTION["pitch"])) ** 2
+    m66 = constants(instance(PLANT)).m66 + model.body_mass * (model.cog_height * math.sin(MOTION["pitch"])) ** 2
     printed = ours + (model.c3 / c4 - model.c3) * m66 * MOTION["yaw_rate"]
 
     def surface_rate(torque):

@@ -144,7 +144,7 @@ def test_eq_35_lacks_coulomb_friction(left, right, expected):
     motion = {"wheel_rate_start": sum(rates) / 2, "yaw_rate_start": (rates[1] - rates[0]) / (2 * A)}
     bare = started(PLANT, **motion, rolling_resistance=0.0)
     v = started(PLANT, **motion, rolling_resistance=0.0, **nominal_friction())
-    torque = constants(v)[5] * (v.yaw_acceleration - bare.yaw_acceleration)
+    torque = constants(v).m66 * (v.yaw_acceleration - bare.yaw_acceleration)
     coulomb = [math.copysign(value(f"{side}.coulomb_{way}"), rate)
                for side, way, rate in (("left", left, rates[0]), ("right", right, rates[1]))]  # fmt: skip
     assert torque == pytest.approx(-N * A * (coulomb[1] - coulomb[0]), rel=1e-9)

@@ -26,7 +26,7 @@ def accelerations(
     problem as for the rates of a step, with acceleration in place of speed and torque in place of momentum. Locked
     wheels do not accelerate.
     """
-    a = c[6]
+    a = c.a
     m24, m66, on_wheels, on_pitch, on_yaw = forces(
         v, c, wheel_angle, pitch_angle, 0.5 * (left + right), pitch, (right - left) / (2.0 * a)
     )
@@ -70,7 +70,7 @@ def observe(v: Any, held: float) -> None:
     c = constants(v)
     left = v.left_wheel_rate
     right = v.right_wheel_rate
-    a = c[6]
+    a = c.a
     v.wheel_rate = 0.5 * (left + right)
     v.yaw_rate = (right - left) / (2.0 * a)
     v.left_shaft_speed = v.gear_ratio * (left - v.pitch_rate)

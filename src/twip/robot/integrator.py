@@ -25,7 +25,7 @@ def kick(
 
     Torques and inertia are those at the given angles [rad] and rates [rad/s]; friction agrees with the result.
     """
-    m22, m44, _, _, _, _, a, _, _ = c
+    m22, m44, a = c.m22, c.m44, c.a
     m24, m66, on_wheels, on_pitch, on_yaw = forces(
         v, c, wheel_angle, pitch_angle, 0.5 * (left + right), pitch, (right - left) / (2.0 * a)
     )
@@ -93,7 +93,7 @@ def inner_step(v: Any, c: Constants, step: float) -> None:
     middle_pitch = v.pitch + 0.5 * half * (pitch0 + pitch)
     left, right, pitch = kick(v, c, middle_wheel, middle_pitch, left, right, pitch, left0, right0, pitch0, step)
     turned = 0.5 * half * ((left0 + right0) + (left + right))
-    yawed = half / (2.0 * c[6]) * ((right0 - left0) + (right - left))
+    yawed = half / (2.0 * c.a) * ((right0 - left0) + (right - left))
     v.pitch += half * (pitch0 + pitch)
     v.left_shaft_angle += v.gear_ratio * half * ((left0 - pitch0) + (left - pitch))
     v.right_shaft_angle += v.gear_ratio * half * ((right0 - pitch0) + (right - pitch))

@@ -1,10 +1,11 @@
 """Marks the functions that run in every step, and compiles them where that pays.
 
 Plain and compiled Python give the same results bit for bit, because a marked function keeps to what both compute
-identically: float and integer arithmetic, comparisons, loops, tuples, attributes of the block's values, other marked
-functions, module-level tuples of floats indexed by a whole number, and of `math` what is exact: sqrt, floor, fabs,
-copysign, frexp, ldexp, isfinite and constants. sin, cos, tan, atan2, exp and log come from `elementary`, because those
-of `math` depend on the machine. Powers (`x**2`), `hypot`, `sum`, `fsum` and `round` do too.
+identically: float and integer arithmetic, comparisons, loops, tuples (with names for their parts as a NamedTuple),
+attributes of the block's values, other marked functions, module-level tuples of floats indexed by a whole number, and
+of `math` what is exact: sqrt, floor, fabs, copysign, frexp, ldexp, isfinite and constants. sin, cos, tan, atan2, exp
+and log come from `elementary`, because those of `math` depend on the machine. Powers (`x**2`), `hypot`, `sum`, `fsum`
+and `round` do too.
 """
 
 from collections.abc import Callable, Sequence

@@ -26,7 +26,7 @@ turn with the wheel); different inertias of the body about its x and z axes; the
 given from outside; gyroscopic roll torques, which the ground carries.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from .elementary import sin_cos
 from .friction import friction_levels
@@ -37,16 +37,33 @@ from .terrain import bump_slope
 LOCKED = 1e30
 """Torque limit [N.m] of a wheel whose brake is on."""
 
-Constants = tuple[float, float, float, float, float, float, float, float, float]
+
+class Constants(NamedTuple):
+    """What the parameters make of the equations' coefficients."""
+
+    m22: float
+    """M22 [kg.m2], as all that follow to `m66`."""
+    m44: float
+    """M44."""
+    reflected: float
+    """2 n^2 J_m."""
+    first_moment: float
+    """M L R."""
+    second_moment: float
+    """M L^2."""
+    m66: float
+    """The constant part of M66."""
+    a: float
+    """W/(2R) [1]."""
+    gravity_torque: float
+    """M g L [N.m]."""
+    weight_torque: float
+    """The robot's weight times R [N.m]."""
 
 
 @kernel
 def constants(v: Any) -> Constants:
-    """Return what the parameters make of the equations' coefficients.
-
-    M22, M44, 2 n^2 J_m, M L R, M L^2, the constant part of M66 [all kg.m2], a [1], M g L and the robot's weight times
-    R [N.m].
-    """
+    """Return what the parameters make of the equations' coefficients."""
     n = v.gear_ratio
     radius = v.wheel_radius
     reflected = 2.0 * n * n * (v.rotor_inertia + v.gear_inertia)
@@ -62,7 +79,9 @@ def constants(v: Any) -> Constants:
         + a * a * (2.0 * v.wheel_inertia + reflected)
     )
     gravity_torque = first_moment * v.gravity
-    return m22, m44, reflected, first_moment * radius, second_moment, m66, a, gravity_torque, mass * v.gravity * radius
+    return Constants(
+        m22, m44, reflected, first_moment * radius, second_moment, m66, a, gravity_torque, mass * v.gravity * radius
+    )
 
 
 @kernel
@@ -85,8 +104,8 @@ def inertia_by_wheel(c: Constants, m24: float, m66: float) -> Inertia:
 
     theta' = (u_l + u_r)/2,  phi' = (u_r - u_l)/(2a):   s, c = (M22 +- M66/a^2)/4,   x = M24/2,   w = M44
     """
-    yaw = m66 / (c[6] * c[6])
-    return 0.25 * (c[0] + yaw), 0.25 * (c[0] - yaw), 0.5 * m24, c[1]
+    yaw = m66 / (c.a * c.a)
+    return 0.25 * (c.m22 + yaw), 0.25 * (c.m22 - yaw), 0.5 * m24, c.m44
 
 
 @kernel
@@ -98,7 +117,6 @@ def forces(
     Everything of the equations of motion that is not M q" stands on the right. Angles in rad, rates in rad/s; drive
     torques on the motor shafts, push force, slope, body torque and parameters are taken from `v`.
     """
-    _, _, reflected, first_moment, second_moment, m66, a, gravity_torque, weight_torque = c
     alpha, curvature = ground(v, wheel_angle)
     sin_pitch, cos_pitch = sin_cos(pitch)
     sin_slope = 0.0
@@ -109,21 +127,23 @@ def forces(
         sin_slope, cos_slope = sin_cos(alpha)
         sin_lean, cos_lean = sin_cos(pitch + alpha)
     yaw_squared = yaw_rate * yaw_rate
-    inertial = first_moment * sin_lean
-    centrifugal = second_moment * sin_lean * cos_lean
+    inertial = c.first_moment * sin_lean
+    centrifugal = c.second_moment * sin_lean * cos_lean
     drive = v.gear_ratio * (v.left_drive_torque + v.right_drive_torque)
     on_wheels = (
         drive + inertial * (pitch_rate * pitch_rate + yaw_squared)
-        - weight_torque * sin_slope + v.push_force * v.wheel_radius * cos_slope
+        - c.weight_torque * sin_slope + v.push_force * v.wheel_radius * cos_slope
     )  # fmt: skip
     on_pitch = (
-        -drive + gravity_torque * sin_pitch + centrifugal * yaw_squared + inertial * curvature * wheel_rate * wheel_rate
-        + v.push_force * v.push_height * cos_pitch + v.body_torque
+        -drive + c.gravity_torque * sin_pitch + centrifugal * yaw_squared
+        + inertial * curvature * wheel_rate * wheel_rate + v.push_force * v.push_height * cos_pitch + v.body_torque
     )  # fmt: skip
-    on_yaw = v.gear_ratio * a * (v.right_drive_torque - v.left_drive_torque) - yaw_rate * (
+    on_yaw = v.gear_ratio * c.a * (v.right_drive_torque - v.left_drive_torque) - yaw_rate * (
         centrifugal * (2.0 * pitch_rate + curvature * wheel_rate) + inertial * wheel_rate
     )
-    return first_moment * cos_lean - reflected, m66 + second_moment * sin_lean * sin_lean, on_wheels, on_pitch, on_yaw
+    m24 = c.first_moment * cos_lean - c.reflected
+    m66 = c.m66 + c.second_moment * sin_lean * sin_lean
+    return m24, m66, on_wheels, on_pitch, on_yaw
 
 
 @kernel
@@ -156,14 +176,13 @@ def rolling_limit(v: Any, c: Constants) -> float:
     """
     if v.wheels_locked > 0.5:
         return LOCKED
-    limit: float = 0.5 * v.rolling_resistance * c[8]
+    limit: float = 0.5 * v.rolling_resistance * c.weight_torque
     return limit
 
 
 @kernel
 def smallest_determinant(c: Constants) -> float:
     """Return the smallest M22 M44 - M24^2 [kg2.m4] over all leans, 0 if it is lost in rounding."""
-    m22, m44, reflected, first_moment, _, _, _, _, _ = c
-    m24 = first_moment + reflected
-    determinant = m22 * m44 - m24 * m24
-    return determinant if determinant > 1e-12 * m22 * m44 else 0.0
+    m24 = c.first_moment + c.reflected
+    determinant = c.m22 * c.m44 - m24 * m24
+    return determinant if determinant > 1e-12 * c.m22 * c.m44 else 0.0

@@ -5,7 +5,20 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .source import RefusedError, Source
-from .value_types import BOOL, C_NAMES, DOUBLE, INTEGER, VALUES, WHOLE, Type, alike, shown
+from .value_types import (
+    BOOL,
+    C_NAMES,
+    DOUBLE,
+    INTEGER,
+    VALUES,
+    WHOLE,
+    Named,
+    Type,
+    alike,
+    is_named,
+    shown,
+    type_of_hint,
+)
 
 if TYPE_CHECKING:
     from .translate import Unit
@@ -138,6 +151,8 @@ class Expressions:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             if self.names.get(node.value.id) == VALUES:
                 return Code(f"{self.c_name(node.value.id)}->{self.field(node)}", DOUBLE)
+            if node.value.id in self.names:
+                return self._part(node, self._name(node.value))
         elif isinstance(node, ast.Name) and node.id in self.names:
             if node.id not in self.assigned:
                 raise self.no(node, f"{node.id} may not have a value here")
@@ -152,6 +167,13 @@ class Expressions:
         if not math.isfinite(value):
             return Code(number(value), DOUBLE, UNARY if value < 0.0 else PRIMARY)
         return Code(self.unit.constant(self.source, ast.unparse(node), value), DOUBLE)
+
+    def _part(self, node: ast.Attribute, code: Code) -> Code:
+        """Return a field of a NamedTuple."""
+        names = code.type.names if isinstance(code.type, Named) else ()
+        if node.attr not in names:
+            raise self.no(node, f"{ast.unparse(node)}: {shown(code.type)} has no field {node.attr}")
+        return Code(f"{code.at(PRIMARY)}._{names.index(node.attr)}", code.type[names.index(node.attr)])
 
     def field(self, node: ast.Attribute) -> str:
         """Return the name of one of the block's values."""
@@ -292,7 +314,20 @@ class Expressions:
             if len(arguments) != count:
                 raise self.no(node, f"{ast.unparse(node)}: {count} arguments are needed")
             return Code(f"{name}({', '.join(self.of_type(a, DOUBLE).text for a in arguments)})", kind)
+        if is_named(called):
+            return self._made(node, called)
         return self._kernel_call(node)
+
+    def _made(self, node: ast.Call, called: type) -> Code:
+        """Return a NamedTuple made of its fields."""
+        kind = type_of_hint(called)
+        if not isinstance(kind, Named):
+            rule = "the fields of a NamedTuple are float, int, bool or tuples of these"
+            raise self.no(node, f"{called.__name__}: {rule}")
+        if len(node.args) != len(kind):
+            raise self.no(node, f"{ast.unparse(node)}: {called.__name__} takes {len(kind)} arguments")
+        texts = [self.of_type(a, part).text for a, part in zip(node.args, kind, strict=True)]
+        return Code(f"({self.unit.struct(kind)}){{{', '.join(texts)}}}", kind)
 
     def _converted(self, code: Code, to_float: bool, node: ast.Call) -> Code:
         if code.type in (DOUBLE, WHOLE):

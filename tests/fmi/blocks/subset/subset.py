@@ -2,7 +2,7 @@
 
 import math
 from math import copysign, fabs, floor, frexp, isfinite, ldexp, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from twip.fmi.declare import Block, Variable, input, output, state
 from twip.robot.kernel import kernel
@@ -12,7 +12,7 @@ COUNT = 7
 TABLE = (0.5, -1.25, 3.0, 1e-3)
 OUTPUTS = (
     "arithmetic", "signs", "chosen", "looped", "counted", "whole", "divided", "tuples", "swapped", "extremes", "table",
-    "scaled", "split", "nested", "early", "reserved", "chain", "logic", "writer", "walked",
+    "scaled", "split", "named", "nested", "early", "reserved", "chain", "logic", "writer", "walked",
 )  # fmt: skip
 
 
@@ -20,6 +20,35 @@ OUTPUTS = (
 def pair(a: float, b: float) -> tuple[float, float]:
     """Return both the other way round. A comment's end, */, must not end it in C."""
     return b, a
+
+
+class Ends(NamedTuple):
+    """Fields with names."""
+
+    low: float
+    high: float
+    spans: tuple[float, int]
+
+
+@kernel
+def ends(a: float, b: float) -> Ends:
+    """Return both in order, and what is between them."""
+    if a > b:
+        return ends_of(b, a)
+    return Ends(a, b, (b - a, 1))
+
+
+@kernel
+def ends_of(low: float, high: float) -> Ends:
+    """Return both as they are."""
+    return Ends(low, high, (high - low, COUNT))
+
+
+@kernel
+def middle(e: Ends) -> float:
+    """Return what is between the ends, which are read by name and by position."""
+    low, _, _ = e
+    return low + 0.5 * (e.high - e[0]) * e.spans[1]
 
 
 @kernel
@@ -96,6 +125,8 @@ def step(v: Any, time: float, step_size: float) -> None:
     fraction, twos = frexp(a)
     v.split = fraction * 0.25 + twos
     v.scaled = ldexp(b, twos // 2 - 1100) + ldexp(fraction, 3)
+    found = ends(a, b)
+    v.named = middle(found) + found.spans[0] - found.low
     both, less, truths = nested(a, b)
     other = (both[0], both[1])
     v.nested = both[1] / (1.0 + fabs(pair(both[0], c)[0])) + (1.0 if both == other else 0.0) + truths
