@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 LONGEST_LINE = 2000
@@ -82,6 +83,15 @@ class TwipError(Exception):
         self.problems = tuple(problem.about(subject) for problem in self.problems)
         self.args = (self.problems,)
         return self
+
+
+class AbsentFileError(TwipError):
+    """There is no file at this path."""
+
+    def __init__(self, problems: str | Problem | Iterable[str | Problem] = (), *, path: Path = Path()):
+        super().__init__(problems)
+        self.path = path
+        """As it was asked for."""
 
 
 class UnknownNameError(TwipError):

@@ -4,7 +4,7 @@ import pathlib
 import zipfile
 from collections.abc import Mapping, Sequence
 
-from ..errors import TwipError
+from ..errors import AbsentFileError, TwipError
 from .fmus.description import file_fingerprint
 from .model.system import System, cannot_share_a_process
 from .reading.archive import Workspace, unpack
@@ -43,7 +43,8 @@ def load(
     archive or folder; the default is `SystemStructure.ssd`. `parameters` are further parameter sets (`.ssv`), or one,
     that address `component.variable`; `start_values` do so too and win over them. `swap` replaces the FMU of a
     component by another file, which must fit; `swap_map` names a file by component that says how names and units differ
-    (docs/swapping.md). Raises `TwipError` with one line per problem.
+    (docs/swapping.md). Raises `TwipError` with one line per problem, `AbsentFileError` where
+    there is nothing at `path`.
     """
     system, problems = _load(pathlib.Path(path), ssd, parameters, start_values, swap, swap_map)
     problems.raise_any()
@@ -129,7 +130,7 @@ def _with_files(problems: Problems, files: Sequence[pathlib.Path]) -> Problems:
 def _locate(path: pathlib.Path, ssd: str | None, workspace: Workspace) -> tuple[pathlib.Path, pathlib.Path | None]:
     """Return the SSD, and the folder of the unpacked archive that it may not refer out of, if it is in one."""
     if not path.exists():
-        raise TwipError(f"{path}: no such file")
+        raise AbsentFileError(f"{path}: no such file", path=path)
     if is_special(path):
         raise TwipError(f"{path} is a device or the like, not a file")
     if why := why_no_system(path):

@@ -73,7 +73,7 @@ class _Description(Reader):
         powers = [self.integer(base, symbol) if base.get(symbol) is not None else 0 for symbol in BASE_UNITS]
         factor, offset = self.number(base, "factor", 1.0), self.number(base, "offset", 0.0)
         if factor == 0.0:
-            self.problems.add(f"unit {name}: the factor must not be zero", self.place(base))
+            self.problems.add(f"unit {name}: the factor", self.place(base), rule="must not be zero")
         return [Unit(name, tuple(power or 0 for power in powers), factor or 1.0, offset or 0.0)]
 
     def _variable(self, item: Element, types: dict[str, Element], units: dict[str, Unit]) -> Variable | None:
@@ -81,7 +81,9 @@ class _Description(Reader):
         checking = self.problems.checking()
         name, reference = self.required(item, "name"), self.integer(item, "valueReference")
         if reference is not None and not 0 <= reference < 2**32:
-            self.problems.add(f"valueReference = {reference} of {name} must be a number of 32 bits", self.place(item))
+            self.problems.add(
+                f"valueReference = {reference} of {name}", self.place(item), rule="must be a number of 32 bits"
+            )
         values = [child for child in item if child.tag in FMI2_TYPES]
         value = values[0] if values else None
         causality, variability = item.get("causality", "local"), item.get("variability", "continuous")
@@ -139,7 +141,9 @@ class _Description(Reader):
         kind = "Integer" if type_ == "Enumeration" else type_
         undetermined = type_ == "Real" and (text or "").strip() in ("INF", "-INF", "NaN")
         if text is not None and not undetermined and parse_value(text, kind) is None:
-            self.problems.add(f"start = {text!r} of variable {name} must be {TYPES[kind].rule}", self.place(value))
+            self.problems.add(
+                f"start = {text!r} of variable {name}", self.place(value), rule=f"must be {TYPES[kind].rule}"
+            )
         return text
 
     def _feedthrough(

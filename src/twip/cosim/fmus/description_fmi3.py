@@ -113,7 +113,9 @@ class _Reader:
                 continue
             factor, offset = float(base.get("factor", "1")), float(base.get("offset", "0"))
             if factor == 0.0 or not math.isfinite(factor) or not math.isfinite(offset):
-                self.problems.add(f"unit {name}: factor and offset must be finite, factor not zero", self.place(base))
+                self.problems.add(
+                    f"unit {name}: factor and offset", self.place(base), rule="must be finite, factor not zero"
+                )
                 continue
             self.units[name] = Unit(name, tuple(int(base.get(s, "0")) for s in BASE_UNITS), factor, offset)
 

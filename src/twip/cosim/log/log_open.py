@@ -9,7 +9,7 @@ import zstandard
 from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
 
-from ...errors import TwipError
+from ...errors import AbsentFileError, TwipError
 from ..reading.files import is_endless
 from .log_scan import DamagedError
 
@@ -38,7 +38,9 @@ def bytes_of(path: Path) -> bytes:
         data = path.read_bytes()
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise TwipError(f"log {str(path)!r} cannot be read: {reason}") from error
+        text = f"log {str(path)!r} cannot be read: {reason}"
+        absent = isinstance(error, FileNotFoundError)
+        raise (AbsentFileError(text, path=path) if absent else TwipError(text)) from error
     if not data:
         raise TwipError(f"log {str(path)!r} is empty")
     return data

@@ -16,6 +16,7 @@ class Problems:
         self._found: dict[str, Problem] = {}
         self._warnings: dict[str, Place | None] = {}
         self._added = 0
+        self._caught: TwipError | None = None
 
     def __bool__(self) -> bool:
         return bool(self._found)
@@ -44,6 +45,7 @@ class Problems:
             yield
         except TwipError as error:
             self.take(error.problems, place)
+            self._caught = error
 
     def checking(self) -> "Checking":
         """Return what tells whether a problem is added from here on."""
@@ -69,7 +71,11 @@ class Problems:
         return list(self._found)
 
     def raise_any(self) -> None:
-        """Raise one `TwipError` with the problems, if there are any."""
+        """Raise one `TwipError` with the problems, if there are any; one that was caught, of whatever kind, is raised
+        again where it tells them all.
+        """
+        if self._caught is not None and self._caught.problems == tuple(self):
+            raise self._caught
         if self._found:
             raise TwipError(self)
 

@@ -163,7 +163,7 @@ class Reader:
             value = float("nan")
         if value - value != 0.0:
             self.problems.add(
-                f"{attribute} = {text!r} of {name_of(element)} must be a finite number", self.place(element)
+                f"{attribute} = {text!r} of {name_of(element)}", self.place(element), rule="must be a finite number"
             )
             return default
         return value
@@ -174,7 +174,7 @@ class Reader:
         digits = text.removeprefix("-").removeprefix("+")
         if text and not (digits.isascii() and digits.isdigit() and len(digits) < 21 and -(2**63) <= int(text) < 2**64):
             self.problems.add(
-                f"{attribute} = {text!r} of {name_of(element)} must be a whole number", self.place(element)
+                f"{attribute} = {text!r} of {name_of(element)}", self.place(element), rule="must be a whole number"
             )
             return None
         return int(text) if text else None
@@ -184,6 +184,6 @@ class Reader:
         text = element.get(attribute, "false").strip()
         if text not in ("true", "false", "1", "0"):
             self.problems.add(
-                f"{attribute} = {text!r} of {name_of(element)} must be true or false", self.place(element)
+                f"{attribute} = {text!r} of {name_of(element)}", self.place(element), rule="must be true or false"
             )
         return text in ("true", "1")

@@ -39,7 +39,7 @@ class FaultEntries(Entries):
             self.required(entry, ("kind",), "faults", index)
             if "kind" in entry:
                 place = self.file.place("faults", index, "kind")
-                self.problems.add(f"{label}.kind = {shown(given)} must be one of {', '.join(kinds())}", place)
+                self.problems.add(f"{label}.kind = {shown(given)}", place, rule=f"must be one of {', '.join(kinds())}")
             return None
         seeded = ("seed",) if kind.seeded else ()
         known = {"signal", "kind", "start", "stop", *(key.name for key in kind.keys), *seeded}
@@ -48,7 +48,7 @@ class FaultEntries(Entries):
         times = tuple(self.time(entry, end, "faults", index) if end in entry else None for end in ("start", "stop"))
         seed = entry.get("seed", 0)
         if isinstance(seed, bool) or not isinstance(seed, int):
-            self.problems.add(f"{label}.seed = {shown(seed)} must be a whole number", self._at(index, "seed"))
+            self.problems.add(f"{label}.seed = {shown(seed)}", self._at(index, "seed"), rule="must be a whole number")
         if "signal" not in entry:
             return None
         column, targets = self._connections(label, entry["signal"], driven, self._at(index, "signal"))
@@ -145,7 +145,7 @@ class FaultEntries(Entries):
         too_large = size is not None and key.most is not None and size > key.most
         if size is None or too_small or too_large:
             rule = RULES[type_] if key.of_signal else key.rule
-            self.problems.add(f"{label} = {shown(given)} must be {rule}", place)
+            self.problems.add(f"{label} = {shown(given)}", place, rule=f"must be {rule}")
             return None
         return size
 
@@ -171,7 +171,7 @@ class FaultEntries(Entries):
         last = self.grid.steps if stop is None else point_of(stop, self.grid)
         if stop is not None and stop <= (self.grid.start if start is None else start):
             begin = f"start time of the run, {self.grid.start:g} s" if start is None else f"start, {start:g} s"
-            self.problems.add(f"{label}.stop = {stop:g} s must be later than the {begin}", place)
+            self.problems.add(f"{label}.stop = {stop:g} s", place, rule=f"must be later than the {begin}")
         elif start is not None and start >= self.grid.stop:
             self.warnings.append(f"{label}: {start:g} s is not before the stop time, the fault does not occur")
         elif first == last:

@@ -157,7 +157,7 @@ def read_inputs(path: str | os.PathLike[str], system: System, problems: Problems
 def _targets(system: System, header: Sequence[str], place: Place, problems: Problems) -> list[Target]:
     """Return the target of each header but `time`."""
     if header[0] != "time":
-        problems.add(f"the first column must be time, not {header[0]}", place)
+        problems.add("the first column", place, rule=f"must be time, not {header[0]}")
         return []
     targets = []
     for position, name in enumerate(header[1:], 1):
@@ -212,12 +212,12 @@ def _row(cells: Sequence[str], targets: Sequence[Target], place: Place, problems
         return None
     values = [parse_value(cells[0], "Real")]
     if values[0] is None:
-        problems.add(f"time = {cells[0]!r} must be {RULES['Real']}", place)
+        problems.add(f"time = {cells[0]!r}", place, rule=f"must be {RULES['Real']}")
     for target, cell in zip(targets, cells[1:], strict=True):
         value = parse_value(cell, target.type, target.items)
         values.append(value)
         if value is None:
-            problems.add(f"{target.name} = {cell!r} must be {RULES[target.type]}", place)
+            problems.add(f"{target.name} = {cell!r}", place, rule=f"must be {RULES[target.type]}")
         elif why := cannot_travel(target.type, value):
             problems.add(f"{target.name} cannot take {cell}, {why}", place)
         else:

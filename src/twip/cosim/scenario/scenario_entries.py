@@ -40,7 +40,7 @@ class Entries:
         """Return the time in s that an entry has under `key`, None when it is none or before the start time."""
         time, place = number(entry[key]), self.file.place(table, index, key)
         if time is None:
-            self.problems.add(f"{table}[{index}].{key} = {shown(entry[key])} must be a time in s", place)
+            self.problems.add(f"{table}[{index}].{key} = {shown(entry[key])}", place, rule="must be a time in s")
         elif self.grid is not None and time < self.grid.start:
             self.problems.add(
                 f"{table}[{index}].{key} = {time:g} s is before the start time, {self.grid.start:g} s", place

@@ -70,7 +70,7 @@ class _Reader(Entries):
     def _entries(self, content: Mapping[str, object], name: str) -> list[tuple[int, Mapping[str, object]]]:
         entries = content.get(name, [])
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-            self.problems.add(f"{name} must be tables, each headed [[{name}]]", self.file.place("", 0, name))
+            self.problems.add(name, self.file.place("", 0, name), rule=f"must be tables, each headed [[{name}]]")
             return []
         return list(enumerate(entries))
 
@@ -78,7 +78,7 @@ class _Reader(Entries):
         inputs, source = given, content.get("input_file")
         if source is not None and not isinstance(source, str):
             place = self.file.place("", 0, "input_file")
-            self.problems.add(f"input_file = {shown(source)} must be the path of a CSV file", place)
+            self.problems.add(f"input_file = {shown(source)}", place, rule="must be the path of a CSV file")
         elif source is not None and is_special(folder / source):
             place = self.file.place("", 0, "input_file")
             self.problems.add(f"input_file = {shown(source)} is a device or the like, not a file", place)
@@ -86,7 +86,7 @@ class _Reader(Entries):
             inputs = self._joined(inputs, read_inputs(folder / source, self.system, self.problems), "input_file")
         table = content.get("inputs", {})
         if not isinstance(table, dict):
-            self.problems.add("inputs must be a table, headed [inputs]", self.file.place("", 0, "inputs"))
+            self.problems.add("inputs", self.file.place("", 0, "inputs"), rule="must be a table, headed [inputs]")
             return inputs
         for name, rows in table.items():
             series = self._series(name, rows)
@@ -108,7 +108,7 @@ class _Reader(Entries):
             self.problems.add(target, place)
             return None
         if not isinstance(rows, list) or not rows or any(not isinstance(r, list) or len(r) != 2 for r in rows):
-            self.problems.add(f"inputs.{name} must be a list of pairs [time in s, value]", place)
+            self.problems.add(f"inputs.{name}", place, rule="must be a list of pairs [time in s, value]")
             return None
         table: list[tuple[float, float]] = []
         for i, (time, value) in enumerate(rows):
@@ -120,7 +120,7 @@ class _Reader(Entries):
                     f"inputs.{name}[{i}]: time {at!r} follows {table[-1][0]!r}: time must increase", place
                 )
             if read is None:
-                self.problems.add(f"inputs.{name}[{i}] = {shown(value)} must be {RULES[target.type]}", place)
+                self.problems.add(f"inputs.{name}[{i}] = {shown(value)}", place, rule=f"must be {RULES[target.type]}")
             elif why := cannot_travel(target.type, read):
                 self.problems.add(f"inputs.{name}[{i}] cannot take {shown(value)}, {why}", place)
             else:

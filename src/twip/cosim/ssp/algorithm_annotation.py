@@ -47,7 +47,9 @@ def _read_options(reader: Reader, item: Element, places: dict[tuple[str, str], P
         if value is not None:
             found[option.name] = option.kind(value)
             if found[option.name] != value:
-                reader.problems.add(f"{option.attribute} = {value!r} must be a whole number", reader.place(item))
+                reader.problems.add(
+                    f"{option.attribute} = {value!r}", reader.place(item), rule="must be a whole number"
+                )
     return found
 
 

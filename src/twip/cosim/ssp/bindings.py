@@ -44,7 +44,7 @@ def read_outside(
         reader.problems.add(f"{what} of type {kind} is not supported", place)
     base = element.get("sourceBase", "SSD")
     if base not in ("SSD", "component"):
-        reader.problems.add(f"sourceBase = {base!r} of {what} must be SSD or component", place)
+        reader.problems.add(f"sourceBase = {base!r} of {what}", place, rule="must be SSD or component")
     elif base == "component" and not of_component:
         reader.problems.add(f"a {what} with sourceBase component belongs to a component", place)
     inline = [] if inside is None else list(reader.children(inside, {content}))

@@ -154,7 +154,7 @@ def read_dimension(reader: Reader, element: Element) -> Dimension:
         reader.problems.add("a Dimension has either size or sizeConnector, not both", reader.place(element))
     size = reader.integer(element, "size")
     if size is not None and size < 1:
-        reader.problems.add(f"size = {size} of Dimension must be at least 1", reader.place(element))
+        reader.problems.add(f"size = {size} of Dimension", reader.place(element), rule="must be at least 1")
         return Dimension(1)
     return Dimension(size)
 

@@ -20,11 +20,11 @@ def read_units(reader: Reader, parent: Element) -> dict[str, Unit]:
             reader.problems.add(f"unit {name} is defined twice", reader.place(element))
         powers = [reader.number(base, symbol, 0.0) or 0.0 for symbol in BASE_UNITS]
         if any(power != int(power) for power in powers):
-            reader.problems.add(f"unit {name}: exponents must be whole numbers", reader.place(base))
+            reader.problems.add(f"unit {name}: exponents", reader.place(base), rule="must be whole numbers")
         exponents = tuple(map(int, powers))
         factor = reader.number(base, "factor", 1.0) or 0.0
         if factor == 0.0:
-            reader.problems.add(f"unit {name}: factor must not be zero", reader.place(base))
+            reader.problems.add(f"unit {name}: factor", reader.place(base), rule="must not be zero")
             factor = 1.0
         units[name] = Unit(name, exponents, factor, reader.number(base, "offset", 0.0) or 0.0)
     return units

@@ -40,20 +40,22 @@ def read_swap_map(path: pathlib.Path, problems: Problems) -> SwapMap:
     for name, entries in tables.items():
         table = content.get(name, {})
         if not isinstance(table, dict):
-            problems.add(f"{name} must be a table, headed [{name}]", file.place("", 0, name))
+            problems.add(name, file.place("", 0, name), rule=f"must be a table, headed [{name}]")
             continue
         for key, value in table.items():
             if isinstance(value, str) and value:
                 entries[key] = value
             else:
-                problems.add(f"{name}.{key} = {shown(value)} must be a name in quotes", file.place(name, 0, key))
+                problems.add(
+                    f"{name}.{key} = {shown(value)}", file.place(name, 0, key), rule="must be a name in quotes"
+                )
     twice = sorted({value for value in tables["names"].values() if list(tables["names"].values()).count(value) > 1})
     for value in twice:
         problems.add(f"names: {value} has two names in the system", file.place("names"))
     ignore, allow = content.get("ignore", []), content.get("allow_loop", False)
     if not isinstance(ignore, list) or not all(isinstance(name, str) for name in ignore):
-        problems.add("ignore must be a list of names", file.place("", 0, "ignore"))
+        problems.add("ignore", file.place("", 0, "ignore"), rule="must be a list of names")
         ignore = []
     if not isinstance(allow, bool):
-        problems.add(f"allow_loop = {shown(allow)} must be true or false", file.place("", 0, "allow_loop"))
+        problems.add(f"allow_loop = {shown(allow)}", file.place("", 0, "allow_loop"), rule="must be true or false")
     return SwapMap(tables["names"], tables["units"], tuple(ignore), allow is True)

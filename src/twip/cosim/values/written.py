@@ -92,7 +92,7 @@ def _parse(name: str, target: str, items: Items, text: str, written: Written, pr
     value = parse_value(text, target, items) if fits else None
     if value is None:
         wrong = "" if fits else f", not {written.type}"
-        problems.add(f"{name} = {text!r} must be {TYPES[target].rule}{wrong}", written.place)
+        problems.add(f"{name} = {text!r}", written.place, rule=f"must be {TYPES[target].rule}{wrong}")
     return value
 
 

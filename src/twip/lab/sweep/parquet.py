@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cosim.values.written import Value
-from ...errors import TwipError
+from ...errors import AbsentFileError, TwipError
 from ...extras import optional
 from ...outputs import replacing
 from .plan import Plan, Point
@@ -110,7 +110,7 @@ class Results:
             if any(not {"label", "distribution", "factor"} <= axis.keys() for axis in result.description["axes"]):
                 raise ValueError
         except FileNotFoundError:
-            raise TwipError(f"{path}: no such file") from None
+            raise AbsentFileError(f"{path}: no such file", path=path) from None
         except (OSError, pa.ArrowException, ValueError, KeyError, TypeError, AttributeError):
             raise TwipError(f"{path} is not the Parquet file of a sweep") from None
         return result
