@@ -235,6 +235,35 @@ def test_another_system_by_the_command(systems, tmp_path, monkeypatch):
     assert [n for i, n in enumerate(names) if found[:, i].tobytes() != expected[n].tobytes()] == []
 
 
+GYRO = '<ssd:Connection startElement="imu" startConnector="gyro" endElement="estimator" endConnector="gyro"/>'
+
+
+@pytest.mark.parametrize("coupling", ["jacobi", "gauss-seidel"])
+def test_couplings_and_conversions_are_the_systems(systems, tmp_path, coupling):
+    """Jacobi and Gauss–Seidel, and a connection with factor and offset."""
+    folder = tmp_path / "system"
+    shutil.unpack_archive(systems / "ssp" / "twip_native.ssp", folder, "zip")
+    ssd = folder / "SystemStructure.ssd"
+    text = ssd.read_text(encoding="utf-8")
+    scaled = GYRO[:-2] + '><ssc:LinearTransformation factor="0.98" offset="-0.001"/></ssd:Connection>'
+    assert text.count(GYRO) == 1
+    text = text.replace(GYRO, scaled).replace('coupling="gauss-seidel"', f'coupling="{coupling}"')
+    if coupling == "jacobi":
+        text = re.sub(r"<twip:MidStep[^>]*>", "", text)
+    ssd.write_text(text, encoding="utf-8")
+    with load(folder) as system:
+        assert pack_native(system, "2.0", tmp_path / "robot.fmu", platforms=[this_machine()]) == []
+    expected = rows(folder, PUSHED, 1.0)
+    one = begin(fmi_host.Instance(fmi_host.Fmu(tmp_path / "robot.fmu", tmp_path / "unpacked")), PUSHED)
+    names = [n for n in one.fmu.of("output") if n in expected]
+    found = run(one, 1000, names)
+    one.free()
+    assert [n for i, n in enumerate(names) if found[:, i].tobytes() != expected[n].tobytes()] == []
+    with zipfile.ZipFile(tmp_path / "robot.fmu") as archive:
+        source = archive.read("sources/twip_system.c").decode()
+    assert re.search(r"= 0\.98 \* m\[\d+\] \+ -0\.001; /\* imu\.gyro → estimator\.gyro \*/", source)
+
+
 def test_what_is_no_native_fmu_is_refused(built, tmp_path, capsys):
     output = tmp_path / "robot.fmu"
     assert main(["container", str(built / "ssp" / "twip.ssp"), "--native", "--output-file", str(output)]) == 1
