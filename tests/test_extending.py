@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from twip.cli import COMMANDS
 from twip.cosim import load, read_log, simulate
 
 ROOT = Path(__file__).parents[1]
@@ -28,9 +29,9 @@ def package(tmp_path_factory):
 
 @pytest.fixture
 def follow(package, built, tmp_path, monkeypatch):
-    """Follow a section of the guide: write its files and run its commands, in a folder that is returned."""
+    """Follow a section of the guide: write its files and run its commands; return the folder and what they print."""
 
-    def section(title, *options):
+    def section(title):
         (text,) = re.findall(rf"^## {title}\n(.*?)(?=^## |\Z)", GUIDE, re.DOTALL | re.MULTILINE)
         (tmp_path / "ssp").symlink_to(built / "ssp")
         new = [name for name, _ in FILES.findall(text) if name.startswith("src/")]
@@ -40,19 +41,23 @@ def follow(package, built, tmp_path, monkeypatch):
             assert not path.exists()
             path.write_text(content, encoding="utf-8")
         monkeypatch.setenv("PYTHONPATH", str(package / "src"))
-        commands = re.findall(r"^    twip (.*)$", text, re.MULTILINE)
+        commands = re.findall(r"^(?:    )?twip (.*)$", text, re.MULTILINE)
         assert commands
+        printed = []
         for command in commands:
-            words = [sys.executable, "-m", "twip.cli", *shlex.split(command), *options]
-            run = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+            words = shlex.split(command) + (["--loop", "python"] if command.startswith("run ") else [])
+            program = [sys.executable, "-m", "twip.cli"]
+            run = subprocess.run([*program, *words], cwd=tmp_path, capture_output=True, text=True, check=False)
             assert run.returncode == 0, (command, run.stderr)
-        return tmp_path
+            printed.append(run.stdout)
+        return tmp_path, printed
 
     return section
 
 
 def test_a_new_fault_acts_by_its_file_alone(follow):
-    log = read_log(follow("A fault", "--loop", "python") / "drift.mcap")
+    folder, _ = follow("A fault")
+    log = read_log(folder / "drift.mcap")
     steps = np.arange(1000) - 250  # since the fault began, of 1 ms each
     drift = np.where(steps < 0, 0.0, np.minimum(1.0, steps / 500) * 0.02)
     assert np.array_equal(log["estimator.gyro"][1:], log["imu.gyro"][1:] + drift)
@@ -62,8 +67,8 @@ def test_a_new_fault_acts_by_its_file_alone(follow):
 
 
 def test_a_new_sink_writes_by_its_file_alone(follow, built):
-    file = follow("A sink", "--loop", "python") / "robot.jsonl"
-    lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    folder, _ = follow("A sink")
+    lines = [json.loads(line) for line in (folder / "robot.jsonl").read_text(encoding="utf-8").splitlines()]
     rows = [line for line in lines if "message" not in line]
     with load(built / "ssp" / "twip.ssp") as system:
         result = simulate(system, stop_time=0.2, loop="python")
@@ -71,3 +76,13 @@ def test_a_new_sink_writes_by_its_file_alone(follow, built):
             assert [row[name] for row in rows] == result[name].tolist()
         assert list(rows[0]) == ["time", *system.columns]
     assert [row["time"] for row in rows] == result.times.tolist()
+
+
+def test_a_new_command_is_there_by_its_file_alone(follow, package):
+    folder, (_, printed) = follow("A command")
+    assert printed.splitlines() == sorted(printed.splitlines())
+    assert set(printed.splitlines()) == set(read_log(folder / "short.mcap").signals)
+    run = subprocess.run([sys.executable, "-m", "twip.cli", "--help"], capture_output=True, text=True, check=True)
+    assert re.search(r"^ +signals +list the signals of a log$", run.stdout, re.MULTILINE)
+    listed = re.findall(r"^    (\w+)(?: |$)", run.stdout, re.MULTILINE)
+    assert listed == [*COMMANDS, "signals"]

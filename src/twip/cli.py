@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from io import TextIOWrapper
+from pathlib import Path
 
 from .commands.parts.grammar import Grammar
 from .errors import TwipError
@@ -14,24 +15,24 @@ from .interrupts import INTERRUPTED, deferred_interrupt
 
 CLOSED_PIPE = 141
 """Exit status when nobody reads on: 128 + SIGPIPE."""
-COMMANDS = {
-    "demo": "build the robot and stand it up from 27 degrees",
-    "build": "build the FMUs and SSPs",
-    "run": "run a system of FMUs",
-    "check": "say what a system, an FMU or a parameter set is, and what is wrong with it",
-    "report": "make an HTML file of a log: the moving robot, plots, metrics",
-    "plot": "draw signals of a log, for papers",
-    "animate": "draw the robot of a log as an animated picture",
-    "view": "look at a log in Rerun: the robot in 3D beside plots",
-    "container": "pack a system of FMUs into one FMU",
-    "replay": "make an FMU that plays a log",
-    "parameters": "list a system's parameters",
-    "identify": "friction and inertia of a motor from bench data",
-    "paper": "run the paper's experiments and check its claims",
-    "sweep": "many runs with other values, here or on a cluster",
-    "stability": "where the controller stands although its model is wrong",
-}
-"""Each is a module of `commands`; only the one that is called is imported, for some take their time."""
+USUAL_ORDER = (
+    "demo",
+    "build",
+    "run",
+    "check",
+    "report",
+    "plot",
+    "animate",
+    "view",
+    "container",
+    "replay",
+    "parameters",
+    "identify",
+    "paper",
+    "sweep",
+    "stability",
+)
+"""In which the help lists commands; others follow by name."""
 DESCRIPTION = """\
 examples:
   twip demo
@@ -40,6 +41,21 @@ examples:
   twip COMMAND --help
 
 A balancing robot as FMI co-simulation components, the master that runs them and the logs that show them."""
+
+
+def _commands() -> dict[str, str]:
+    """Return what each command does, as the first line of its module says; reading that line imports nothing."""
+    found = {}
+    for path in sorted(Path(__file__).with_name("commands").glob("[!_]*.py")):
+        with path.open(encoding="utf-8") as file:
+            title = file.readline().strip().strip('"')
+        found[path.stem] = title.removeprefix(f"`twip {path.stem}`: ").removesuffix(".")
+    order = [name for name in USUAL_ORDER if name in found]
+    return {name: found[name] for name in dict.fromkeys([*order, *found])}
+
+
+COMMANDS = _commands()
+"""Each is a module of `commands`; only the one that is called is imported, for some take their time."""
 
 
 def parser(chosen: str | None = None) -> Grammar:

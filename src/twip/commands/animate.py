@@ -1,4 +1,4 @@
-"""`twip animate`: the robot of a log as an animated picture."""
+"""`twip animate`: draw the robot of a log as an animated picture."""
 
 import argparse
 from pathlib import Path

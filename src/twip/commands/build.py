@@ -1,4 +1,4 @@
-"""`twip build`: the FMUs of the blocks and the SSPs of the wired systems."""
+"""`twip build`: build the FMUs and SSPs."""
 
 import argparse
 from pathlib import Path

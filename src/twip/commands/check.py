@@ -1,4 +1,4 @@
-"""`twip check`: everything that can be said of a system, an FMU or another file of SSP without running it."""
+"""`twip check`: say what a system, an FMU or a parameter set is, and what is wrong with it."""
 
 import argparse
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""`twip container`: a whole system as one FMU."""
+"""`twip container`: pack a system of FMUs into one FMU."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""`twip demo`: build the robot, stand it up, and say how it went."""
+"""`twip demo`: build the robot and stand it up from 27 degrees."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`twip identify`: friction and inertia from one's own bench data, or from a simulated bench campaign."""
+"""`twip identify`: friction and inertia of a motor from bench data."""
 
 import argparse
 import sys

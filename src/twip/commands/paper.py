@@ -1,4 +1,4 @@
-"""`twip paper`: run the paper's experiments and compare them with what it claims."""
+"""`twip paper`: run the paper's experiments and check its claims."""
 
 import argparse
 import os

@@ -1,4 +1,4 @@
-"""`twip parameters`: every parameter of a system as a parameter set to edit."""
+"""`twip parameters`: list a system's parameters."""
 
 import argparse
 from pathlib import Path

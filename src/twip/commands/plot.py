@@ -1,4 +1,4 @@
-"""`twip plot`: signals of a log as a picture for a paper."""
+"""`twip plot`: draw signals of a log, for papers."""
 
 import argparse
 from pathlib import Path

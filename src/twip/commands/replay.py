@@ -1,4 +1,4 @@
-"""`twip replay`: recorded signals as an FMU."""
+"""`twip replay`: make an FMU that plays a log."""
 
 import argparse
 import sys

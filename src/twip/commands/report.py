@@ -1,4 +1,4 @@
-"""`twip report`: a log or the results of a sweep become one HTML file with plots and tables."""
+"""`twip report`: make an HTML file of a log: the moving robot, plots, metrics."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`twip run`: run a system of FMUs and log it."""
+"""`twip run`: run a system of FMUs."""
 
 import argparse
 import shlex

@@ -1,4 +1,4 @@
-"""`twip stability`: where the sliding-mode loops stand on a robot that differs from their model."""
+"""`twip stability`: where the controller stands although its model is wrong."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`twip sweep`: many runs of a system with other values."""
+"""`twip sweep`: many runs with other values, here or on a cluster."""
 
 import argparse
 import shlex

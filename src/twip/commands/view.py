@@ -1,4 +1,4 @@
-"""`twip view`: look at a log in Rerun, laid out."""
+"""`twip view`: look at a log in Rerun: the robot in 3D beside plots."""
 
 import argparse
 import subprocess
