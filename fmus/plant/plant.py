@@ -71,7 +71,7 @@ VARIABLES = (
     output("y", "m", "place of the axle's middle, y, left of x"),
     output("ground_slope", "rad", "slope under the wheels, input and terrain, uphill positive", ("slope",), "deg"),
     output("ground_slope_rate", "rad/s", "rate of the slope under the wheels, terrain alone", display_unit="deg/s"),
-    output("fallen", None, "1 once the pitch has gone beyond the fallen angle", variability="discrete"),
+    output("fallen", None, "1 once fallen: free, beyond the fallen angle and not rising", variability="discrete"),
     *both(
         local("wheel_rate", "rad/s", "absolute wheel rate"),
         local("rolling_torque", "N.m", "rolling resistance, or the lock's torque, on the wheel"),
@@ -92,18 +92,18 @@ def initialize(v: Any, time: float) -> None:
     v.right_wheel_rate = free * (v.wheel_rate_start + ratio * v.yaw_rate_start)
     v.left_shaft_angle = v.gear_ratio * (v.wheel_angle - ratio * v.yaw - v.pitch)
     v.right_shaft_angle = v.gear_ratio * (v.wheel_angle + ratio * v.yaw - v.pitch)
-    v.fallen = 1.0 if fabs(v.pitch) > v.fallen_angle else 0.0
+    v.fallen = 0.0
     observe(v, 1.0 - free)
 
 
 @kernel
 def step(v: Any, time: float, step_size: float) -> None:
-    """Move, unless held; note a fall for good."""
+    """Move, unless held; note a fall for good. What starts beyond the fallen angle and rises has not fallen."""
     if held(v, time):
         observe(v, 1.0)
         return
     advance(v, step_size)
-    if fabs(v.pitch) > v.fallen_angle:
+    if fabs(v.pitch) > v.fallen_angle and v.pitch * v.pitch_rate >= 0.0:
         v.fallen = 1.0
     observe(v, 0.0)
 

@@ -101,7 +101,23 @@ def main(words: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever read our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return CLOSED_PIPE
+    except OSError as error:
+        if _output_works():
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left would fail again when Python ends
+        print(f"twip: standard output cannot be written: {error.strerror}", file=sys.stderr)
+        return 1
     return status
+
+
+def _output_works() -> bool:
+    """Tell whether standard output takes what it was given: a disk may be full, an FMU may have closed it."""
+    try:
+        sys.stdout.flush()
+        os.fstat(1)
+    except OSError:
+        return False
+    return True
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ WHAT = (
         name: i
         for i, name in enumerate(("crash", "quit", "loop", "abort", "print", "talk", "leak", "strange", "end"), 10)
     }
-    | {name: i for i, name in enumerate(("leave", "vanish", "close", "fork"), 19)}
+    | {name: i for i, name in enumerate(("leave", "vanish", "close", "fork", "mute", "remove"), 19)}
 )
 
 

@@ -86,6 +86,22 @@ def test_closed_descriptors_are_told(faulty_folder):
     assert done.returncode == 1
 
 
+@pytest.mark.parametrize("option", [[], ["--json"]])
+def test_a_closed_standard_output_is_told_and_the_log_is_whole(faulty_folder, option):
+    done = run(chain(faulty_folder), demand("step", "mute", 5.0), *option)
+    assert done.stderr == "twip: standard output cannot be written: Bad file descriptor\n"
+    assert done.returncode == 1
+    assert playback.read(faulty_folder / "run.mcap").complete
+
+
+def test_a_log_that_is_removed_meanwhile_is_told(faulty_folder):
+    done = run(chain(faulty_folder), demand("step", "remove", 9.99))
+    assert done.stderr.splitlines()[-1] == (
+        "twip: log 'run.mcap' cannot be written: something else has removed, moved or replaced it meanwhile"
+    )
+    assert done.returncode == 1
+
+
 @pytest.mark.parametrize("isolate", [False, True])
 def test_a_fork_leaves_one_writer(faulty_folder, isolate):
     done = run(chain(faulty_folder), demand("step", "fork", 5.0), *(["--isolate"] if isolate else []))

@@ -58,13 +58,13 @@ def refused(view, **given):
     return error.value.response.status_code
 
 
-@pytest.mark.parametrize("origin", [None, WEB_APP, "http://viewer.example:8080"])
+@pytest.mark.parametrize("origin", [None, WEB_APP, "file://", "http://viewer.example:8080"])
 def test_programs_and_allowed_pages_steer(view, origin):
     with Client(view, origin=origin) as client:
         assert client.set([(PUSH, 2.0)]) == {PUSH: 2.0, SPEED: 0.0}
 
 
-@pytest.mark.parametrize("origin", [EVIL, "null", "http://app.foxglove.dev", f"{WEB_APP}.evil.example", "file://"])
+@pytest.mark.parametrize("origin", [EVIL, "null", "http://app.foxglove.dev", f"{WEB_APP}.evil.example", "file:///x"])
 def test_a_page_of_another_origin_is_refused_before_the_upgrade(view, origin):
     assert refused(view, origin=origin) == 403
 
@@ -78,6 +78,15 @@ def test_the_user_is_told_once_of_refused_pages(view, said):
     with Client(view) as client:
         client.set([(PUSH, 1.0)])  # what else there was to tell has arrived
     assert len(said) == 1
+
+
+@pytest.mark.parametrize(
+    ("origin", "page"),
+    [("null", "a page without an origin of its own (a file, a frame)"), ("a b", "a page of a b")],
+)
+def test_no_origin_is_advised_that_the_option_does_not_take(view, said, origin, page):
+    assert refused(view, origin=origin) == 403
+    assert told(view, said) == [f"{page} is not allowed to see or steer the run"]
 
 
 @pytest.mark.parametrize("subprotocol", ["foxglove.sdk.v1", "foxglove.websocket.v1"])
@@ -302,19 +311,20 @@ def test_the_server_ends_with_the_run(view):
 
 @pytest.mark.heavy
 def test_hostile_clients_make_no_delivery_late():
-    """2 000 deliveries paced at 1 ms, three times, because a busy machine is late by itself."""
+    """2 000 deliveries paced at 1 ms; a busy machine is late by itself, so the run's own time for each counts."""
     view, _, rows = robot_view(Inputs({PUSH: 0.0, SPEED: 0.0}))
     worst = []
     for _ in range(3):
-        hostile, late = attackers(view, 1000), []
+        hostile, spent = attackers(view, 1000), []
         begin = time.perf_counter()
         for k in range(2000):
+            before = time.thread_time()
             view.write(np.array([k / 1000.0]), rows[:1])
-            late.append(time.perf_counter() - begin - (k + 1) / 1000.0)
-            time.sleep(max(0.0, -late[-1]))
+            spent.append(time.thread_time() - before)
+            time.sleep(max(0.0, begin + (k + 1) / 1000.0 - time.perf_counter()))
         assert hostile.poll() is None
         hostile.kill()
         hostile.wait()
-        worst.append(max(late))
+        worst.append(max(spent))
     view.close()
-    assert min(worst) < 0.03
+    assert max(worst) < 0.01

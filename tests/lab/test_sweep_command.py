@@ -267,3 +267,10 @@ def test_a_condition_on_no_metric_is_told_before_the_first_run(folder, capsys):
     assert capsys.readouterr().err == (
         "twip: condition on final:d.y: there is no such metric, did you mean final:d.x?\n"  # nothing was tried
     )
+
+
+def test_a_log_that_is_not_kept_is_told(folder, capsys):
+    words = ["--vary", "d.x_start=1,2", "--metric", "final:d.x", "--jobs", "1", "--step-size", "1e-12"]
+    assert sweep(*words, "--stop-time", "4e-12", "--keep", "runs:1") == 1
+    told = capsys.readouterr()
+    assert "run 1: its log is not kept: log 'logs/decay-runs/run-1.mcap': step size 1e-12 s is below" in told.err

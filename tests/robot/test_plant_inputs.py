@@ -133,7 +133,18 @@ def test_fall_is_remembered() -> None:
             break
     assert abs(v.pitch) < 0.5
     assert v.fallen == 1.0
-    assert started(PLANT, pitch_start=-1.1).fallen == 1.0
+
+
+@pytest.mark.parametrize(("torque", "fallen"), [(0.0, 1.0), (10.0, 0.0)])
+def test_a_start_beyond_the_fallen_angle_is_a_fall_only_if_the_released_robot_does_not_rise(torque, fallen) -> None:
+    v = started(PLANT, pitch_start=-1.2, hold_time=0.01, body_torque=torque)
+    for k in range(10):
+        PLANT.step(v, k * 1e-3, 1e-3)
+        assert (v.pitch, v.fallen) == (-1.2, 0.0)
+    for k in range(10, 30):
+        PLANT.step(v, k * 1e-3, 1e-3)
+        assert v.fallen == fallen
+    assert (v.pitch > -1.2) == (fallen == 0.0)
 
 
 def test_inner_steps_divide_the_step_evenly() -> None:

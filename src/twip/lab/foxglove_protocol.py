@@ -10,6 +10,7 @@ Source: github.com/foxglove/ws-protocol, docs/spec.md. Newer viewers ask for the
 
 import base64
 import json
+import re
 import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -17,8 +18,14 @@ from typing import Any
 
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """The first that a client offers too is taken."""
+ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://[^/\s]*")
+"""Scheme, host and port, as a browser sends them (RFC 6454)."""
 WEB_APP = "https://app.foxglove.dev"
 """Origin of Foxglove in a browser."""
+DESKTOP = "file://"
+"""Origin of Foxglove's desktop program, which is a page from files in Electron (github.com/foxglove/studio,
+studio-desktop/src/main/StudioWindow.ts). Browsers send null for files, as for pages without an origin of their own.
+"""
 _CAPABILITIES = ("parameters", "parametersSubscribe")
 _MESSAGE_DATA = struct.Struct("<BIQ")
 _BINARY_SCHEMAS = ("protobuf", "flatbuffer")

@@ -5,7 +5,6 @@ Topics, schemas and times are those of the log, so one layout serves both. A pro
 """
 
 import json
-import re
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -33,15 +32,13 @@ RATE = 50.0
 REPEAT = 1.0
 """Simulated time after which a text is sent again, for those who came later, in s."""
 HOST, PORT = "127.0.0.1", 8765
-_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://[^/\s]*")
-"""Scheme, host and port, as a browser sends them (RFC 6454)."""
 
 
 class LiveView:
     """A sink that sends rows to whoever is connected; `inputs` may be set from there.
 
-    Web pages are served if their origin is Foxglove's own or among `origins`; so are programs, which send none. `say`
-    is told at most once that a page was refused, and that the server has ended by itself.
+    Web pages are served if their origin is Foxglove's own or among `origins`; so are programs that send none. `say` is
+    told at most once that a page was refused, and that the server has ended by itself.
     """
 
     def __init__(
@@ -58,7 +55,7 @@ class LiveView:
         """Listen; raises TwipError without websockets, for an origin that is none, or if it cannot listen there."""
         optional("websockets", "a live view")
         for origin in origins:
-            if not _ORIGIN.fullmatch(origin):
+            if not protocol.ORIGIN.fullmatch(origin):
                 raise TwipError(f"origin {origin!r} must be SCHEME://HOST or SCHEME://HOST:PORT, without a path")
         recorded = [c for c in channels if c.signals and all(s.type != "String" for s in c.signals)]
         self._columns: list[int] = []
@@ -89,7 +86,7 @@ class LiveView:
             "greeting": [protocol.server_info("twip", str(time.time_ns())), protocol.advertise(offered)],
             "channels": len(offered),
             "values": self._told,
-            "origins": [protocol.WEB_APP, *origins],
+            "origins": [protocol.WEB_APP, protocol.DESKTOP, *origins],
         }
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET

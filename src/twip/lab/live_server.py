@@ -175,7 +175,11 @@ class Server:
         if response.status_code == HTTPStatus.FORBIDDEN and not self._noted:
             self._noted = True
             origin = _short(request.headers.get("Origin", ""))
-            self.note(f"a page of {origin} is not allowed to see or steer the run; --live-origin {origin} allows it")
+            page = (
+                "a page without an origin of its own (a file, a frame)" if origin == "null" else f"a page of {origin}"
+            )
+            advice = f"; --live-origin {origin} allows it" if protocol.ORIGIN.fullmatch(origin) else ""
+            self.note(f"{page} is not allowed to see or steer the run{advice}")
 
     def note(self, text: str) -> None:
         """Tell the user something."""

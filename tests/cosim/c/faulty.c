@@ -21,7 +21,7 @@ typedef struct {
 
 enum { SETUP = 1, ENTER, EXIT, SET, STEP, GET, TERMINATE, FREE, RESET, SAVE, RESTORE };
 enum { OK, WARNING, DISCARD, ERROR, FATAL, PENDING, CRASH = 10, QUIT, LOOP, ABORT, PRINT, TALK, LEAK, NOT_A_STATUS, END,
-       LEAVE, VANISH, CLOSE, FORK };
+       LEAVE, VANISH, CLOSE, FORK, MUTE, REMOVE };
 
 typedef struct {
     Callbacks callbacks;
@@ -55,6 +55,8 @@ static int act(State *s, int what) {
     case CLOSE:
         for (i = 3; i < 256; i++) close(i);
         return OK;
+    case MUTE: close(1); return OK;
+    case REMOVE: return unlink("run.mcap") ? ERROR : OK;
     case FORK: return forked++ ? OK : fork() < 0 ? ERROR : OK;
     }
     if (what > OK && what <= PENDING)

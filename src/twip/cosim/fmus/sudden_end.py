@@ -4,7 +4,8 @@ in one line, and the process does not end with status 0 as if its work were done
 `exit`, `_exit` and the like are redirected where a library from the FMU's folder calls them, `os._exit` for its Python
 code. What the C library's `exit` calls first catches it in all other libraries. The signals of a crash are told of
 where nobody else handles them. Not caught: `_exit` in a library of the system, in one that also calls `vfork`, or as a
-bare system call; `execve`, `SIGKILL`, and a crash by which the stack overflows. `--isolate` tells these too.
+bare system call; `execve`, `SIGKILL`, and a crash by which the stack overflows. `--isolate` tells these too. In the
+compiled loop an `exit` in a thread for which its FMU waits hangs; `--isolate` has a time limit for it.
 """
 
 import contextlib

@@ -30,7 +30,7 @@ class LogTimes:
         if step_size < NANOSECOND:
             problems.append(
                 f"log {self.log!r}: step size {step_size!r} s is below 1e-09 s, the resolution of its times: "
-                f"{NANOSECOND / step_size:.3g} rows would share one"
+                f"{max(2.0, NANOSECOND / step_size):.3g} rows would share one"
             )
         if not stop - start < LONGEST:
             problems.append(

@@ -12,6 +12,7 @@ from ...platform import CREATE, lock
 
 CLOSED = "an FMU or something else in this process has closed its descriptor"
 CHANGED = "something else has changed it meanwhile"
+MOVED = "something else has removed, moved or replaced it meanwhile"
 
 
 class InUseError(OSError):
@@ -120,3 +121,13 @@ class SoleFile:
                     self._path.unlink()
         descriptor, self._file = self._file, -1
         os.close(descriptor)
+        if self._regular and self._begun and not self._in_place():
+            raise OSError(errno.ENOENT, MOVED)
+
+    def _in_place(self) -> bool:
+        """Tell whether the path still leads to the file."""
+        try:
+            found = os.stat(self._path)
+        except OSError:
+            return False
+        return (found.st_dev, found.st_ino) == self._identity

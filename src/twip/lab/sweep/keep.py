@@ -68,7 +68,10 @@ class Keep:
 
 
 def record_runs(outcome: Outcome, keep: Keep, folder: Path) -> list[Path]:
-    """Do the chosen runs of a sweep again, in this process, and write their logs `run-NUMBER.mcap` to `folder`."""
+    """Do the chosen runs of a sweep again, in this process, and write their logs `run-NUMBER.mcap` to `folder`.
+
+    Returns those that there are: a run that failed before its first row has none. Raises `TwipError` like `record`.
+    """
     digits = len(str(outcome.runs - 1))
     paths = []
     for number in keep.chosen(list(outcome.rows.values())):
@@ -76,6 +79,7 @@ def record_runs(outcome: Outcome, keep: Keep, folder: Path) -> list[Path]:
         path = folder / f"run-{number:0{digits}}.mcap"
         metrics = {name: repr(value) for name, value in row.metrics.items()}
         told = {"sweep": {"run": str(number), "parameters": point.parameter_set, "verdict": row.verdict, **metrics}}
-        record(outcome.job, Task(number, point.parameter_set, point.start_values), path, told)
-        paths.append(path)
+        record(outcome.job, Task(number, point.parameter_set, point.start_values), path, told, row.error)
+        if path.exists():
+            paths.append(path)
     return paths

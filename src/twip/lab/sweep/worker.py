@@ -151,7 +151,7 @@ class Session:
             metrics = self.judge.metrics(self.table(task))
             return Row(task.number, self.judge.verdict(metrics), None, metrics)
         except TwipError as error:
-            return Row(task.number, ERROR, "; ".join(map(str, error.problems)), {})
+            return Row(task.number, ERROR, _line(error), {})
 
     def close(self) -> None:
         """Free the instances."""
@@ -219,7 +219,7 @@ def rehearse(job: Job, tasks: Sequence[Task]) -> Rehearsal:
             except MetricError as error:
                 raise TwipError(f"{error} (run {task.number})") from None
             except TwipError as error:
-                row = Row(task.number, ERROR, "; ".join(map(str, error.problems)), {})
+                row = Row(task.number, ERROR, _line(error), {})
                 continue
             begin = time.perf_counter()
             same = _same_after_reset(session, task, (tasks[-1], tasks[len(tasks) // 2], task), table)
@@ -248,12 +248,15 @@ def _seconds(table: Table, measured: float) -> float:
     return measured * steps / (2 * min(steps, COMPARED_STEPS))
 
 
-def record(job: Job, task: Task, log: Path, metadata: Mapping[str, Mapping[str, str]]) -> None:
-    """Do a run again and write its full log."""
+def record(job: Job, task: Task, log: Path, metadata: Mapping[str, Mapping[str, str]], failure: str | None) -> None:
+    """Do a run again and write its full log; that of a run with a `failure` ends with it.
+
+    Raises `TwipError` for a log that cannot be written, and for a run that fails in another way than it did.
+    """
     with _turn, contextlib.closing(Session(job)) as session:
         system = session.varied(task)
         told = {**system.provenance(), **{name: dict(entries) for name, entries in metadata.items()}}
-        with contextlib.suppress(TwipError):  # the log of a run that fails ends with its failure
+        try:
             simulate(
                 system,
                 start_time=job.start_time,
@@ -263,3 +266,10 @@ def record(job: Job, task: Task, log: Path, metadata: Mapping[str, Mapping[str, 
                 input_file=job.input_file,
                 sinks=lambda grid: [McapLog(log, system.channels, told, start_time=grid.start)],
             )
+        except TwipError as error:
+            if _line(error) != failure:
+                raise TwipError(f"run {task.number}: its log is not kept: {_line(error)}") from None
+
+
+def _line(error: TwipError) -> str:
+    return "; ".join(map(str, error.problems))
