@@ -109,8 +109,8 @@ class SoleFile:
             os.close(self._file)
         self._file = -1
 
-    def close(self) -> None:
-        """Let others write the file; without any `write` it is left as it was found."""
+    def close(self, removed: bool = False) -> None:
+        """Let others write the file; without any `write` it is left as it was found. `removed`: by its owner."""
         if self.closed:
             return
         self._check()
@@ -121,7 +121,7 @@ class SoleFile:
                     self._path.unlink()
         descriptor, self._file = self._file, -1
         os.close(descriptor)
-        if self._regular and self._begun and not self._in_place():
+        if self._regular and self._begun and not removed and not self._in_place():
             raise OSError(errno.ENOENT, MOVED)
 
     def _in_place(self) -> bool:

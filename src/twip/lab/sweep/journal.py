@@ -54,7 +54,7 @@ class Journal:
         if forget:
             self.path.unlink(missing_ok=True)
         try:
-            self._file.close()
+            self._file.close(removed=forget)
         except OSError as error:
             raise self._failed(error) from None
 
