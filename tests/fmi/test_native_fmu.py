@@ -6,6 +6,7 @@ import struct
 import subprocess
 import threading
 import zipfile
+from pathlib import Path
 
 import fmpy
 import fmpy.validation
@@ -86,6 +87,16 @@ def test_it_is_described_like_the_python_fmu(native_path, fmu_path, robot_block)
             assert ours.read(file) == theirs.read(file)
         pages = [a.read("documentation/index.html").split(b"<footer>")[0] for a in (ours, theirs)]
         assert pages[0] == pages[1]
+
+
+def test_fmi3_finds_the_icon_where_it_looks(native_path):
+    schema = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
+    with zipfile.ZipFile(native_path("motor", "3.0")) as archive:
+        xml = etree.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+        assert archive.read("terminalsAndIcons/icon.png") == (block_folders()["motor"] / "model.png").read_bytes()
+        assert "model.png" not in archive.namelist()
+    etree.XMLSchema(etree.parse(schema)).assertValid(xml)
+    assert xml.find("GraphicalRepresentation/Icon") is not None
 
 
 @both

@@ -21,6 +21,7 @@ from .blocks import load_block
 from .build import REFUSED
 from .declare import Block
 from .description import model_description
+from .icon import icon_files
 from .interface import interface_of
 from .origin import licence, licence_of, origin_of
 from .page import documentation_page
@@ -53,15 +54,13 @@ def package_block(face: Path, output: Path, version: str) -> None:
     digest = fingerprint(sources, model_description(interface, version, "", origin))
     module, code = slave_sources(block, version, sources, digest)
     readme = face.with_name("README.md")
-    icon = face.with_name("model.png")
     files = packed(block.name, TOOLS[version].FmuBuilder, module, code)
     _try_a_step(block, module)
     files["modelDescription.xml"] = model_description(interface, version, guid(digest), origin)
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     files["documentation/index.html"] = documentation_page(interface, version, text, guid(digest), origin)
     files |= {f"documentation/licenses/{name}": content for name, content in licences(terms, tool).items()}
-    if icon.is_file():
-        files["model.png"] = icon.read_bytes()
+    files |= icon_files(face, version)
     write_archive(output, files, first="modelDescription.xml")
 
 

@@ -13,6 +13,7 @@ from ..archive import write_archive
 from ..blocks import load_block
 from ..declare import Block
 from ..description import Origin, model_description
+from ..icon import icon_files
 from ..interface import Capabilities, Interface, interface_of
 from ..origin import licence, origin_of
 from ..page import documentation_page
@@ -47,9 +48,9 @@ def package_native(face: Path, output: Path, version: str, platforms: Sequence[P
     _try_a_step(block)
     sources = {f"{block.name}.c": block_source(block).encode()}
     interface = replace(interface_of(block), capabilities=CAPABILITIES, native=False)
-    readme, icon = face.with_name("README.md"), face.with_name("model.png")
+    readme = face.with_name("README.md")
     page = readme.read_text(encoding="utf-8") if readme.is_file() else ""
-    extra = {"model.png": icon.read_bytes()} if icon.is_file() else {}
+    extra = icon_files(face, version)
     model = Model(f"{block.name}_model", sources)
     write_native(interface, model, page, version, output, origin_of(licence()), extra, platforms)
 
@@ -87,7 +88,7 @@ def write_native(
 
 
 def build_description(interface: Interface) -> bytes:
-    """Return what FMI 3.0 says of building the sources (FMI 3.0.1, section 2.5.1)."""
+    """Return what FMI 3.0 says of building the sources (FMI 3.0.1, section 2.5)."""
     root = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = etree.SubElement(root, "BuildConfiguration", {"modelIdentifier": interface.identifier})
     options = " ".join(f for f in FLAGS if f in ("-ffp-contract=off", "-fno-math-errno", "-fwrapv"))
