@@ -1,12 +1,12 @@
 """Runs the robot in other people's tools and compares each with our loop, signal by signal.
 
     python benchmarks/conformance.py                    build in a temporary folder, run, write docs/conformance.md
-    python benchmarks/conformance.py --built DIR        use what `twip build --out DIR` has built
+    python benchmarks/conformance.py --built DIR        use what `twip build --out DIR`, plain and --native, built
 
 Every tool gets the same file and the same scenario: the stand-up from 27°, 3 s at 1 ms. It is compared with our loop in
 that tool's own scheme: the same order of exchange, the same times and step sizes as it computes them. The same blocks
-then see the same numbers, so that the bound is equality. A tool that is not installed is reported as missing. The exit
-status is 1 when a tool is missing or differs.
+then see the same numbers, so that the bound is equality. Native FMUs are compared with our loop on Python FMUs. A tool
+that is not installed is reported as missing. The exit status is 1 when a tool is missing or differs.
 """
 
 import argparse
@@ -28,7 +28,9 @@ from numpy.typing import NDArray
 from twip.commands.build import built_containers
 from twip.cosim import Table, load, simulate
 from twip.cosim.coupling.loop import PythonLoop
-from twip.fmi.build import build_all
+from twip.fmi.build import build_all, build_native
+from twip.fmi.native.toolchain import this_machine
+from twip.lab.native_container import pack_native
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "conformance.md"
@@ -71,8 +73,11 @@ class Tool:
     """How it computes times and steps; None: what it does is known to differ, or not known, and is not judged."""
     first: int = 0
     """First row that it shows."""
+    coupled: bool = False
+    """Whether what it runs is coupled inside, as the robot's file says; else the tool couples, by Jacobi."""
 
 
+COUPLED = "Gauss–Seidel, shaft speeds at mid-step (the file's)"
 TOOLS = (
     Tool("fmpy simulate, container FMI 2.0", "fmpy", "fmpy_container.py", "fmus/twip.fmu",
          "Jacobi; connections copied once at the start; times k·h", times_by_product),
@@ -82,6 +87,13 @@ TOOLS = (
          "Jacobi; times in whole nanoseconds, steps are their differences; no row at the start",
          times_by_nanoseconds, 1),
     Tool("Ecos", "ecospy", "ecos.py", "ssp/twip.ssp", "Jacobi; times added up", times_by_sum),
+    Tool("fmpy simulate, native robot FMI 2.0", "fmpy", "fmpy_container.py", "fmus/twip_native.fmu",
+         COUPLED, times_by_product, coupled=True),
+    Tool("fmpy simulate, native robot FMI 3.0", "fmpy", "fmpy_container.py", "fmus/twip_native_fmi3.fmu",
+         COUPLED, times_by_product, coupled=True),
+    Tool("libcosim, native FMUs", "libcosimpy", "libcosim.py", "ssp/twip_native.ssp",
+         "as libcosim with Python FMUs", times_by_nanoseconds, 1),
+    Tool("Ecos, native FMUs", "ecospy", "ecos.py", "ssp/twip_native.ssp", "as Ecos with Python FMUs", times_by_sum),
     Tool("OMSimulator", "OMSimulator", "omsimulator.py", "ssp/twip.ssp", "not tried", None),
     Tool("fmpy simulate_ssp", "fmpy", "fmpy_ssp.py", "ssp/twip.ssp",
          "ignores parameter sets, takes the signal of another connection for an open input, starts inputs at 0, "
@@ -116,15 +128,20 @@ def robot(built: Path) -> tuple[list[str], list[int]]:
 
 
 def ours(
-    built: Path, names: Sequence[str], times: tuple[Rows, Rows] | None = None, steps: int = STEPS, **options: str
+    built: Path,
+    names: Sequence[str],
+    times: tuple[Rows, Rows] | None = None,
+    steps: int = STEPS,
+    system: str = "twip",
+    **options: str,
 ) -> Rows:
-    """Run our loop; with `times` the plain one on another tool's times and steps."""
+    """Run our loop on ssp/`system`.ssp; with `times` the plain one on another tool's times and steps."""
     options = options if times is None else {"coupling": "jacobi", "loop": "python"}
     module = importlib.import_module("twip.cosim.simulate")
     loop = PythonLoop if times is None else loop_on(*times)
-    with load(built / "ssp" / "twip.ssp") as system, patch.object(module, "PythonLoop", loop):
-        table = Table(system.channels)
-        simulate(system, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, sinks=[table], **options)
+    with load(built / "ssp" / f"{system}.ssp") as loaded, patch.object(module, "PythonLoop", loop):
+        table = Table(loaded.channels)
+        simulate(loaded, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, sinks=[table], **options)
     return np.array([table[name] for name in names]).T
 
 
@@ -163,7 +180,10 @@ def try_tool(tool: Tool, built: Path, names: list[str], references: list[int], s
             reason = (run.stderr.strip().splitlines() or ["no message"])[-1]
             return Outcome(tool.name, number, tool.scheme, None, tool.times is not None, f"failed: {reason}")
         found = np.load(target)
-    expected = ours(built, names, (tool.times or times_by_product)(steps), steps)[tool.first :]
+    if tool.coupled:
+        expected = ours(built, names, None, steps, loop="python")
+    else:
+        expected = ours(built, names, (tool.times or times_by_product)(steps), steps)[tool.first :]
     count = min(len(found), len(expected)) if tool.times is None else len(expected)
     if len(found) < count or (tool.times is not None and len(found) != count):
         problem = f"shows {len(found)} rows, not {count}"
@@ -176,14 +196,24 @@ def try_tool(tool: Tool, built: Path, names: list[str], references: list[int], s
 def try_our_loops(built: Path, names: list[str], steps: int = STEPS) -> list[Outcome]:
     """Compare our compiled loop with our plain one, coupled as the robot's file says and by Jacobi."""
     outcomes = []
-    for coupling in ("gauss-seidel", "jacobi"):
+    for coupling, scheme in (("gauss-seidel", COUPLED), ("jacobi", "Jacobi")):
         options = {} if coupling == "gauss-seidel" else {"coupling": coupling}
-        pair = [ours(built, names, None, steps, loop=loop, **options) for loop in ("compiled", "python")]
-        worst = np.abs(pair[0] - pair[1]).max(axis=0)
-        scheme = "Gauss–Seidel, shaft speeds at mid-step (the file's)" if not options else "Jacobi"
-        differences = dict(zip(names, worst.tolist(), strict=True))
-        outcomes.append(Outcome(f"our compiled loop, {coupling}", version("twip"), scheme, differences, True))
+        plain = ours(built, names, None, steps, loop="python", **options)
+        for flavour, system in (("", "twip"), (", native FMUs", "twip_native")):
+            compiled = ours(built, names, None, steps, system, loop="compiled", **options)
+            differences = dict(zip(names, np.abs(compiled - plain).max(axis=0).tolist(), strict=True))
+            name = f"our compiled loop, {coupling}{flavour}"
+            outcomes.append(Outcome(name, version("twip"), scheme, differences, True))
     return outcomes
+
+
+def build_for_here(folder: Path) -> None:
+    """Build native FMUs for this machine, the systems of them, and the robot of them as one FMU."""
+    built = build_native(folder, platforms=[this_machine()])
+    assert folder / "ssp" / "twip_native.ssp" in built
+    for number, file in (("2.0", "twip_native.fmu"), ("3.0", "twip_native_fmi3.fmu")):
+        with load(folder / "ssp" / "twip_native.ssp") as system:
+            pack_native(system, number, folder / "fmus" / file, platforms=[this_machine()])
 
 
 def page(outcomes: list[Outcome], names: list[str]) -> str:
@@ -195,6 +225,7 @@ def page(outcomes: list[Outcome], names: list[str]) -> str:
         f"{STEPS * STEP_SIZE:g} s in steps of {STEP_SIZE * 1e3:g} ms, in each tool; compared with our plain loop in "
         "that tool's own scheme: its order of exchange, its times and its step sizes as it computes them. "
         "The blocks then see the same numbers in the same order, so that the bound is equality, bit for bit. "
+        "Native FMUs ([native](native.md)) are compared with our loop on Python FMUs. "
         "[Tools](tools.md) says how to use each.",
         "",
         "| tool | version | scheme | largest difference | bound | verdict |",
@@ -223,6 +254,7 @@ def main() -> int:
         built = arguments.built or Path(folder)
         if arguments.built is None:
             built_containers(built, build_all(built))
+            build_for_here(built)
         names, references = robot(built)
         outcomes = try_our_loops(built, names)
         outcomes += [try_tool(tool, built, names, references) for tool in TOOLS]

@@ -29,7 +29,8 @@ def test_the_page_is_what_the_command_writes(conformance, built):
     text = conformance.PAGE.read_text(encoding="utf-8")
     rows = {line.split(" | ")[0].strip("| "): line.split(" | ") for line in text.splitlines() if line.startswith("| ")}
     assert set(rows) == {
-        *("tool", "signal", "our compiled loop, gauss-seidel", "our compiled loop, jacobi"),
+        *("tool", "signal"),
+        *(f"our compiled loop, {c}{f}" for c in ("gauss-seidel", "jacobi") for f in ("", ", native FMUs")),
         *(t.name for t in conformance.TOOLS),
         *(f"`{n}`" for n in names),
     }
@@ -38,7 +39,7 @@ def test_the_page_is_what_the_command_writes(conformance, built):
         for name, row in rows.items()
         if row[-1].strip(" |") == "equal"
     ]
-    assert len(outcomes) >= 6
+    assert len(outcomes) >= 12
     for line in conformance.page(outcomes, names).splitlines():
         assert line in text or line.startswith(("| signal", "|---", "| `"))
 
@@ -59,14 +60,36 @@ def test_a_missing_tool_is_reported_as_missing(conformance, built):
     assert (outcome.problem, outcome.equal) == ("missing", False)
 
 
+@pytest.fixture(scope="module")
+def both_flavours(conformance, built, tmp_path_factory):
+    """A folder with the robot of Python FMUs and that of native ones."""
+    folder = tmp_path_factory.mktemp("flavours")
+    conformance.build_for_here(folder)
+    (folder / "ssp" / "twip.ssp").symlink_to(built / "ssp" / "twip.ssp")
+    return folder
+
+
+JUDGED = ["libcosim", "Ecos", "libcosim, native FMUs", "Ecos, native FMUs"]
+
+
 @pytest.mark.foreign
-@pytest.mark.parametrize("number", [2, 3])
-def test_masters_give_our_bits_in_their_scheme(conformance, built, number):
-    tool = conformance.TOOLS[number]
-    names, references = conformance.robot(built)
-    outcome = conformance.try_tool(tool, built, names, references, STEPS)
+@pytest.mark.parametrize("name", JUDGED)
+def test_masters_give_our_bits_in_their_scheme(conformance, both_flavours, name):
+    (tool,) = (t for t in conformance.TOOLS if t.name == name)
+    names, references = conformance.robot(both_flavours)
+    outcome = conformance.try_tool(tool, both_flavours, names, references, STEPS)
     assert outcome.problem == ""
     assert {n: d for n, d in outcome.differences.items() if d} == {}
+
+
+@pytest.mark.foreign
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_fmpy_gives_our_bits_of_the_native_robot(conformance, both_flavours, version):
+    (tool,) = (t for t in conformance.TOOLS if t.name == f"fmpy simulate, native robot FMI {version}")
+    names, references = conformance.robot(both_flavours)
+    outcome = conformance.try_tool(tool, both_flavours, names, references, 300)
+    assert (outcome.problem, outcome.equal) == ("", True)
+    assert not conformance.try_tool(replace(tool, coupled=False), both_flavours, names, references, 300).equal
 
 
 @pytest.mark.foreign
