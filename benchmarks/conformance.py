@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twip.commands.build import built_containers
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Runtime, Table, load, simulate
 from twip.cosim.coupling.loop import PythonLoop
 from twip.fmi.build import build_all, build_native
 from twip.fmi.native.toolchain import this_machine
@@ -133,15 +133,24 @@ def ours(
     times: tuple[Rows, Rows] | None = None,
     steps: int = STEPS,
     system: str = "twip",
-    **options: str,
+    loop: str | None = None,
+    coupling: str | None = None,
 ) -> Rows:
     """Run our loop on ssp/`system`.ssp; with `times` the plain one on another tool's times and steps."""
-    options = options if times is None else {"coupling": "jacobi", "loop": "python"}
+    if times is not None:
+        coupling, loop = "jacobi", "python"
     module = importlib.import_module("twip.cosim.simulate")
-    loop = PythonLoop if times is None else loop_on(*times)
-    with load(built / "ssp" / f"{system}.ssp") as loaded, patch.object(module, "PythonLoop", loop):
+    plain = PythonLoop if times is None else loop_on(*times)
+    with load(built / "ssp" / f"{system}.ssp") as loaded, patch.object(module, "PythonLoop", plain):
         table = Table(loaded.channels)
-        simulate(loaded, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, sinks=[table], **options)
+        simulate(
+            loaded,
+            stop_time=steps * STEP_SIZE,
+            step_size=STEP_SIZE,
+            sinks=[table],
+            algorithm=Algorithm(coupling=coupling),
+            runtime=Runtime(loop=loop),
+        )
     return np.array([table[name] for name in names]).T
 
 

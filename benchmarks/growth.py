@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from chain import write_chain
 
-from twip.cosim import load, simulate
+from twip.cosim import Runtime, load, simulate
 from twip.cosim.sinks.mcap_log import McapLog
 
 FMUS = (2, 8, 32, 128)
@@ -21,11 +21,11 @@ TIMES = (1.0, 10.0, 100.0, 600.0, 3600.0)
 STEP_SIZE = 0.001
 MEMORY = """
 import resource, sys
-from twip.cosim import load, simulate
+from twip.cosim import Runtime, load, simulate
 from twip.cosim.sinks.mcap_log import McapLog
 with load(sys.argv[1]) as system:
     log = McapLog(sys.argv[2], system.channels, system.provenance())
-    simulate(system, stop_time=float(sys.argv[3]), sinks=[log], loop="compiled")
+    simulate(system, stop_time=float(sys.argv[3]), sinks=[log], runtime=Runtime(loop="compiled"))
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 
@@ -68,7 +68,7 @@ def _chain(folder: Path, fmus: int, signals: int, logging: bool) -> float:
         found = []
         for _ in range(6):
             sinks = [McapLog(folder / "log.mcap", system.channels, system.provenance())] if logging else []
-            run = simulate(system, stop_time=2.0, step_size=STEP_SIZE, sinks=sinks, loop="compiled")
+            run = simulate(system, stop_time=2.0, step_size=STEP_SIZE, sinks=sinks, runtime=Runtime(loop="compiled"))
             found.append(run.wall_time / run.steps)
     return median(found[1:])
 
@@ -79,7 +79,7 @@ def _robot(robot: Path, folder: Path, stop_time: float) -> float:
         found = []
         for _ in range(3 if stop_time <= 100.0 else 1):
             log = McapLog(folder / "growth.mcap", system.channels, system.provenance())
-            found.append(simulate(system, stop_time=stop_time, sinks=[log], loop="compiled").wall_time)
+            found.append(simulate(system, stop_time=stop_time, sinks=[log], runtime=Runtime(loop="compiled")).wall_time)
     (folder / "growth.mcap").unlink()
     return median(found)
 

@@ -9,7 +9,7 @@ import contestants_path  # noqa: F401
 import numpy as np
 from bare import BareCalls, bare_calls
 
-from twip.cosim import load, simulate
+from twip.cosim import Runtime, load, simulate
 from twip.cosim.coupling import compiled_loop
 from twip.cosim.sinks.mcap_log import McapLog
 
@@ -52,7 +52,7 @@ class Calls:
 def measure(robot: Path, folder: Path, data: dict[str, Any]) -> list[str]:
     """Return Markdown: microseconds per step by component and call, and what the log costs."""
     with load(robot) as system:
-        result = simulate(system, stop_time=STEPS * STEP_SIZE, step_size=STEP_SIZE, loop="compiled")
+        result = simulate(system, stop_time=STEPS * STEP_SIZE, step_size=STEP_SIZE, runtime=Runtime(loop="compiled"))
         assert result.table is not None
         Calls.recorded = np.ascontiguousarray(result.table.values[1:])
         columns = len(system.columns)
@@ -62,7 +62,7 @@ def measure(robot: Path, folder: Path, data: dict[str, Any]) -> list[str]:
             compiled_loop.CompiledLoop = Calls  # type: ignore[misc, assignment]
             for name, native in (("FMI", False), ("native", True)):
                 Calls.native, Calls.found = native, {}
-                simulate(system, stop_time=STEP_SIZE, step_size=STEP_SIZE, loop="compiled", sinks=[])
+                simulate(system, stop_time=STEP_SIZE, step_size=STEP_SIZE, runtime=Runtime(loop="compiled"), sinks=[])
                 parts[name] = Calls.found
         finally:
             compiled_loop.CompiledLoop = loop  # type: ignore[misc]
@@ -70,7 +70,13 @@ def measure(robot: Path, folder: Path, data: dict[str, Any]) -> list[str]:
         for _ in range(REPETITIONS):
             for logging, times in runs.items():
                 sinks = [McapLog(folder / "parts.mcap", system.channels, system.provenance())] if logging else []
-                run = simulate(system, stop_time=STEPS * STEP_SIZE, step_size=STEP_SIZE, sinks=sinks, loop="compiled")
+                run = simulate(
+                    system,
+                    stop_time=STEPS * STEP_SIZE,
+                    step_size=STEP_SIZE,
+                    sinks=sinks,
+                    runtime=Runtime(loop="compiled"),
+                )
                 times.append(run.wall_time / run.steps)
     log = median(runs[True]) - median(runs[False])
     lines = ["µs per step of 1 ms, medians; inputs are those of a recorded run, all of them set in every step:", ""]

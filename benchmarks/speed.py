@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 
-from twip.cosim import load, simulate
+from twip.cosim import Runtime, load, simulate
 from twip.cosim.model.system import System
 from twip.cosim.run.results import Result
 from twip.cosim.sinks.mcap_log import McapLog
@@ -48,7 +48,7 @@ def one_processor() -> Iterator[None]:
 def one_run(system: System, kind: str, log: Path) -> Result:
     """Run once, to its end, and return how it went."""
     sinks = [McapLog(log, system.channels, system.provenance())] if kind == "with log" else []
-    return simulate(system, stop_time=DURATION, sinks=sinks, loop="compiled")
+    return simulate(system, stop_time=DURATION, sinks=sinks, runtime=Runtime(loop="compiled"))
 
 
 def measure(ssp: Path, log: Path, repetitions: int = REPETITIONS) -> dict[str, list[Result]]:

@@ -1,10 +1,13 @@
 """The README's commands and what it prints are those of the program."""
 
+import inspect
 import re
 import shlex
+from dataclasses import fields
 from pathlib import Path
 
 from twip.cli import COMMANDS, parser
+from twip.cosim import Algorithm, Checkpoints, Inputs, Observer, Runtime, simulate
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -52,3 +55,12 @@ def test_the_python_examples_run(built, tmp_path, monkeypatch):
         names: dict[str, object] = {}
         exec(compile(code, path.name, "exec"), names)
         assert names["result"].time in (2.0, 5.0)
+
+
+def test_every_argument_of_a_run_and_every_field_of_its_groups_is_documented():
+    arguments = set(inspect.signature(simulate).parameters) - {"system"}
+    assert len(arguments) <= 9
+    table = (ROOT / "docs" / "python.md").read_text(encoding="utf-8").partition("| argument | what |")[2]
+    options = {f.name for group in (Algorithm, Checkpoints, Inputs, Observer, Runtime) for f in fields(group)}
+    for name in arguments | options - {"places"}:
+        assert re.search(rf"`{name}(=\w+\(…\))?`", table), name

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from twip.cli import COMMANDS
-from twip.cosim import load, read_log, simulate
+from twip.cosim import Runtime, load, read_log, simulate
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
@@ -71,7 +71,7 @@ def test_a_new_sink_writes_by_its_file_alone(follow, built):
     lines = [json.loads(line) for line in (folder / "robot.jsonl").read_text(encoding="utf-8").splitlines()]
     rows = [line for line in lines if "message" not in line]
     with load(built / "ssp" / "twip.ssp") as system:
-        result = simulate(system, stop_time=0.2, loop="python")
+        result = simulate(system, stop_time=0.2, runtime=Runtime(loop="python"))
         for name in ("plant.pitch", "controller.left.voltage"):
             assert [row[name] for row in rows] == result[name].tolist()
         assert list(rows[0]) == ["time", *system.columns]

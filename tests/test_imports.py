@@ -1,7 +1,9 @@
 """The layers import in one direction only (docs/architecture.md), and never inside a function."""
 
 import ast
+import re
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -9,17 +11,18 @@ import pytest
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted((ROOT / "src" / "twip").rglob("*.py"))
 LAYERED = [path for path in SOURCES if len(path.relative_to(ROOT / "src").parts) > 2]
+CALLERS = [path for path in LAYERED if path.relative_to(ROOT / "src" / "twip").parts[0] in ("lab", "commands")]
 FACES = sorted((ROOT / "fmus").glob("*/*.py"))
 STANDARD = set(sys.stdlib_module_names)
 
 ALLOWED = {
     "robot": {"twip.robot"},
     "fmi": {
-        *("twip.fmi", "twip.robot", "twip.errors", "twip.outputs", "twip.platform"),
+        *("twip.fmi", "twip.robot", "twip.errors", "twip.lazy", "twip.outputs", "twip.platform"),
         *("pythonfmu", "pythonfmu3", "fmpy", "lxml", "markdown_it"),
     },
     "cosim": {
-        *("twip.cosim", "twip.errors", "twip.interrupts", "twip.outputs", "twip.platform"),
+        *("twip.cosim", "twip.errors", "twip.interrupts", "twip.lazy", "twip.outputs", "twip.platform"),
         *("fmpy", "google", "llvmlite", "lxml", "lz4", "mcap", "numba", "numpy", "zstandard"),
     },
     "lab": {"twip", "PIL", "bokeh", "google", "matplotlib", "numpy", "rich", "scipy", "websockets"},
@@ -36,10 +39,13 @@ FLOORS = (
     ("swap", "scenario"),
     ("run",),
     ("load", "simulate", "overview"),
+    ("inspection",),
 )
 """The folders and top modules of `cosim`, from the lowest floor up: each imports from floors below its own only."""
 FLOOR = {part: floor for floor, parts in enumerate(FLOORS) for part in parts}
 COSIM = ROOT / "src" / "twip" / "cosim"
+OFFERED = {name: import_module(name).__all__ for name in ("twip.cosim", "twip.cosim.log", "twip.fmi", "twip.robot")}
+"""What callers may use of the layers below `lab` and `commands`."""
 
 
 def imports(path: Path, package: str) -> list[tuple[str, int]]:
@@ -79,6 +85,24 @@ def parts_imported(text: str, package: str) -> set[str]:
     return found
 
 
+def behind_the_faces(path: Path, package: str) -> list[tuple[str, int]]:
+    """Return what a module imports of a layer with a face, and the face does not offer."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [(alias.name, node.lineno) for alias in node.names if within(alias.name, set(OFFERED))]
+        elif isinstance(node, ast.ImportFrom):
+            base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            module = ".".join([*base, node.module] if node.module else base)
+            names = [alias.name for alias in node.names]
+            if module == "twip":
+                found += [(f"twip.{name}", node.lineno) for name in names if f"twip.{name}" in OFFERED]
+            elif within(module, set(OFFERED)):
+                offered = OFFERED.get(module, ())
+                found += [(f"{module}.{name}", node.lineno) for name in names if name not in offered]
+    return found
+
+
 def upwards(text: str, part: str, package: str) -> set[str]:
     """Return the parts that `part` imports from, in a module of `package`, though they do not stand below it."""
     return {other for other in parts_imported(text, package) if other != part and FLOOR[other] >= FLOOR[part]}
@@ -93,6 +117,36 @@ def test_layer_imports_only_what_it_may(path):
     layer = path.relative_to(ROOT / "src" / "twip").parts[0]
     optional = {"numba", "numpy"} if path.name == "kernel.py" else set()
     assert not forbidden(path, package_of(path), ALLOWED[layer] | optional)
+
+
+@pytest.mark.parametrize("path", CALLERS, ids=lambda p: p.relative_to(ROOT / "src").as_posix())
+def test_lab_and_commands_use_what_the_layers_below_offer(path):
+    assert not behind_the_faces(path, package_of(path))
+
+
+def test_an_import_behind_a_face_is_seen(tmp_path):
+    file = tmp_path / "x.py"
+    for text, seen in (
+        ("from ..cosim import load, tidy", ["twip.cosim.tidy"]),
+        ("from ..cosim.model.system import System", ["twip.cosim.model.system.System"]),
+        ("from ..cosim.log import Scan, log_scan", ["twip.cosim.log.log_scan"]),
+        ("import twip.robot.parameters", ["twip.robot.parameters"]),
+        ("from .. import fmi", ["twip.fmi"]),
+        ("from ..errors import TwipError\nfrom . import report", []),
+    ):
+        file.write_text(text)
+        assert [name for name, _ in behind_the_faces(file, "twip.lab")] == seen
+
+
+@pytest.mark.parametrize("face", OFFERED)
+def test_everything_that_is_offered_is_there_and_documented(face):
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    assert len(set(OFFERED[face])) == len(OFFERED[face])
+    for name in OFFERED[face]:
+        assert getattr(import_module(face), name) is not None
+        assert re.search(rf"\b{name}\b", page), name
+    with pytest.raises(AttributeError, match=r"has no attribute 'nothing'"):
+        _ = import_module(face).nothing
 
 
 @pytest.mark.parametrize("path", sorted(COSIM.rglob("*.py")), ids=lambda p: p.relative_to(COSIM).as_posix())

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Table, load, simulate
 from twip.cosim.log.playback import read
 from twip.fmi.build import build_fmi3
 
@@ -97,7 +97,7 @@ def test_the_controller_in_c_gives_the_bits_of_the_one_in_python(followed, pid_i
         with load(built / "ssp" / "twip.ssp", **swap) as system:
             tables.append(Table(system.channels))
             # by Jacobi: else the loop that missing dependencies close changes the order of the components
-            simulate(system, stop_time=1.5, coupling="jacobi", sinks=[tables[-1]])
+            simulate(system, stop_time=1.5, algorithm=Algorithm(coupling="jacobi"), sinks=[tables[-1]])
     for name in (*VOLTAGES, "plant.pitch", "estimator.pitch"):
         assert np.array_equal(tables[0][name], tables[1][name]), name
     assert max(tables[0][VOLTAGES[0]]) == 12.0

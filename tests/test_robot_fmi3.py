@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Runtime, Table, load, simulate
 from twip.cosim.coupling.coupling import INITIAL
 from twip.cosim.coupling.scheduling import make_schedule
 from twip.fmi.build import build_fmi3
@@ -40,6 +40,6 @@ def test_both_robots_stand_up_bit_for_bit(built, swaps):
     for swap in swaps.values():
         with load(built / "ssp" / "twip.ssp", swap=swap) as system:
             tables.append(Table(system.channels))
-            simulate(system, stop_time=1.5, loop="python", sinks=[tables[-1]])
+            simulate(system, stop_time=1.5, runtime=Runtime(loop="python"), sinks=[tables[-1]])
     for name in system.columns:
         assert np.array_equal(tables[0][name], tables[1][name]), name

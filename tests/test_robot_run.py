@@ -6,6 +6,7 @@ import sys
 import time
 
 import numpy as np
+from flat_options import grouped
 from lxml import etree
 
 from twip.cosim import Table, load, simulate
@@ -19,7 +20,7 @@ TWIP = [sys.executable, "-m", "twip.cli"]
 def run(path, **options):
     with load(path) as system:
         table = Table(system.channels)
-        result = simulate(system, sinks=[table], **options)
+        result = simulate(system, sinks=[table], **grouped(**options))
     return table, result
 
 

@@ -9,14 +9,16 @@ import time
 from bare import BareCalls, bare_steps
 from protocol import STEP_SIZE, arguments, serve
 
-from twip.cosim import load, simulate
+from twip.cosim import Runtime, load, simulate
 from twip.cosim.coupling import compiled_loop
 
 LONGEST = 20_000
 """Most steps of a run."""
 ssp, _, _ = arguments()
 system = load(ssp)
-recorded = simulate(system, stop_time=LONGEST * STEP_SIZE, step_size=STEP_SIZE, loop="compiled").table.values[1:]
+recorded = simulate(
+    system, stop_time=LONGEST * STEP_SIZE, step_size=STEP_SIZE, runtime=Runtime(loop="compiled")
+).table.values[1:]
 taken = [0.0]
 
 
@@ -43,7 +45,7 @@ compiled_loop.CompiledLoop = Floor
 def run(steps: int) -> float:
     """Run from the start; compiling does not count."""
     taken[0] = 0.0
-    simulate(system, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, loop="compiled")
+    simulate(system, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, runtime=Runtime(loop="compiled"))
     return taken[0]
 
 

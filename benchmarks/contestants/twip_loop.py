@@ -8,7 +8,7 @@ from pathlib import Path
 
 from protocol import STEP_SIZE, arguments, serve
 
-from twip.cosim import load, simulate
+from twip.cosim import Runtime, load, simulate
 from twip.cosim.coupling import compiled_loop
 from twip.cosim.fmus.native import NOT_NATIVE
 from twip.cosim.sinks.mcap_log import McapLog
@@ -27,7 +27,9 @@ def run(steps: int) -> float:
     """Run from the start; what stepping and recording took."""
     sinks = [] if logs is None else [McapLog(logs / f"{kind}.mcap", system.channels, system.provenance())]
     loop = "python" if kind == "python" else "compiled"
-    return simulate(system, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, sinks=sinks, loop=loop).wall_time
+    return simulate(
+        system, stop_time=steps * STEP_SIZE, step_size=STEP_SIZE, sinks=sinks, runtime=Runtime(loop=loop)
+    ).wall_time
 
 
 serve(run)

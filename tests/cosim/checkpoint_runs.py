@@ -1,5 +1,6 @@
 """Runs that are saved: an oscillator with all types, and how to run it."""
 
+from flat_options import grouped
 from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
@@ -39,5 +40,5 @@ def run(path, **options):
     given.setdefault("input_file", path.parent / "in.csv")
     with load(path) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], **given)
+        result = simulate(loaded, sinks=[table], **grouped(**given))
     return table, result

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Result, load, simulate
+from twip.cosim import Algorithm, Result, Runtime, load, simulate
 
 STEPS = (0.1, 0.05, 0.025)
 """Communication steps in s."""
@@ -39,14 +39,19 @@ def ring(fmus: Path, folder: Path) -> Path:
     return write(folder, system(parts, [connection("a.x -> b.u", linear(factor=-1)), connection("b.x -> a.u")]))
 
 
-def run(path: Path, scheme: str, **options: Any) -> tuple[float, Result]:
+def run(path: Path, scheme: str, step_size: float, **algorithm: Any) -> tuple[float, Result]:
     """Return the largest error of `a.x` and `b.x`, and the run."""
-    given = {**SCHEMES[scheme], **options}
-    every = given.pop("own", 1)  # between its own steps an output holds
+    chosen = dict(SCHEMES[scheme])
+    every = chosen.pop("own", 1)  # between its own steps an output holds
     if every > 1:
-        given["own_steps"] = {"b": every * given["step_size"]}
+        chosen["own_steps"] = {"b": every * step_size}
     with load(path) as loaded:
-        result = simulate(loaded, loop="python", **given)
+        result = simulate(
+            loaded,
+            step_size=step_size,
+            algorithm=Algorithm(**chosen, **algorithm),
+            runtime=Runtime(loop="python"),
+        )
     errors = np.abs(result["a.x"] - np.sin(result.times)), np.abs(result["b.x"] - np.cos(result.times))[::every]
     return float(max(error.max() for error in errors)), result
 

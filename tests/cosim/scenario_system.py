@@ -3,6 +3,7 @@
 `a.x` is a ramp, x = t; `g.u` takes it, `h.u` takes it times 2. By Gauss–Seidel a row at t shows what they took of x(t).
 """
 
+from flat_options import grouped
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
@@ -38,7 +39,7 @@ def run(path, text, **options):
     given = {"step_size": STEP, "coupling": "gauss-seidel", "stop_time": 4.0, **options}
     with load(path, start_values={"a.u": 1.0}) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], scenario=path.parent / "s.toml", **given)
+        result = simulate(loaded, sinks=[table], **grouped(scenario=path.parent / "s.toml", **given))
     return table, result
 
 

@@ -7,7 +7,7 @@ import pytest
 from echo_fmu import compiled, echo3, echo3_description, pack
 from ssp_writer import bind, component, connection, linear, parameter_set, system, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Runtime, Table, check, load, simulate
 
 DIMS = '<ssc:Dimension size="3"/></ssv:Parameter>'
 
@@ -58,7 +58,7 @@ def test_arrays_are_connected_element_by_element(folder, array_fmu, loop, sizes)
     starts = {f"a.u[{i},{j}]": 10.0 * i + j for i in (1, 2) for j in (1, 2, 3)}
     with load(write(folder, body, version="2.0"), start_values=starts) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, loop=loop)
+        simulate(loaded, sinks=[table], step_size=0.5, runtime=Runtime(loop=loop))
     for i in (1, 2):
         for j in (1, 2, 3):
             assert table[f"inner.b.u[{i},{j}]"][-1] == 20.0 * (10 * i + j)
@@ -85,7 +85,7 @@ def test_arrays_of_fmi_3_are_set_and_connected_whole(tmp_path, libraries, loop, 
     path = write(tmp_path, system([a, b], [connection(f"a.outs_{source} -> b.ins_{target}")]), version="2.0")
     with load(path) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, loop=loop)
+        simulate(loaded, sinks=[table], step_size=0.5, runtime=Runtime(loop=loop))
     assert [table[f"b.outs_{target}[{i}]"][-1] for i in (1, 2, 3)] == expected
 
 
@@ -114,7 +114,7 @@ def test_other_names_of_a_variable_are_connected_as_the_variable(tmp_path, libra
     path = write(tmp_path, system([a, b], [connection(w) for w in wires]), version="2.0")
     values = {"a.in_Float64": 7.0} | {f"a.ins_Float64[{i}]": float(i) for i in (1, 2, 3)}
     with load(path, start_values=values) as loaded:
-        last = simulate(loaded, step_size=0.5, loop=loop).values
+        last = simulate(loaded, step_size=0.5, runtime=Runtime(loop=loop)).values
     assert last["b.out_Float64"] == 7.0
     assert [last[f"b.outs_Float64[{i}]"] for i in (1, 2, 3)] == [1.0, 2.0, 3.0]
     assert len(check(path, start_values={"b.in_Float64": 1.0, "b.ins_Float64[2]": 1.0})) == 2  # they are connected
@@ -128,7 +128,7 @@ def test_an_array_of_strings_has_one_element_per_value(tmp_path, libraries, loop
     (tmp_path / "set.ssv").write_text(values)
     path = write(tmp_path, system([element("a", "echo3.fmu", inside=bind(source="set.ssv"))]), version="2.0")
     with load(path) as loaded:
-        values = simulate(loaded, step_size=0.5, loop=loop).values
+        values = simulate(loaded, step_size=0.5, runtime=Runtime(loop=loop)).values
     assert [values[f"a.outs_String[{i}]"] for i in (1, 2, 3)] == ["two words", "", "x"]
 
 

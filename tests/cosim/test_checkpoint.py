@@ -8,9 +8,10 @@ from collections import Counter
 import numpy as np
 import pytest
 from checkpoint_runs import STEP, describe, run
+from flat_options import grouped
 from ssp_writer import bind, component, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Checkpoints, Inputs, Runtime, Table, load, simulate
 from twip.cosim.fmus.component import Instance
 from twip.cosim.run.checkpoint import Checkpoint, Saving
 from twip.errors import TwipError
@@ -56,9 +57,15 @@ def test_every_step_can_be_resumed_from(folder, steps):
     with load(path) as loaded:
         table = Stop(loaded.channels)
         result = simulate(
-            loaded, sinks=[table], step_size=STEP, coupling="gauss-seidel", mid_step=["a.u", "b.u"], stop_time=2.0,
-            input_file=folder / "in.csv", checkpoint=file, checkpoint_every=max(steps, 1) * STEP, loop="python",
-        )  # fmt: skip
+            loaded,
+            sinks=[table],
+            step_size=STEP,
+            algorithm=Algorithm(coupling="gauss-seidel", mid_step=["a.u", "b.u"]),
+            stop_time=2.0,
+            inputs=Inputs(file=folder / "in.csv"),
+            checkpoints=Checkpoints(file=file, every=max(steps, 1) * STEP),
+            runtime=Runtime(loop="python"),
+        )
     assert (result.interrupted, result.steps, result.checkpoint) == (True, steps, file)
     rest, _ = run(path, stop_time=2.0, resume=file)
     assert rest.values.tobytes() == whole.values[steps:].tobytes()
@@ -151,7 +158,7 @@ def test_the_robot_with_noise_goes_on_bit_for_bit(built, tmp_path, loop_after):
     def run_robot(stop_time, **options):
         with load(path, start_values={"imu.noise": True}) as loaded:
             table = Table(loaded.channels)
-            simulate(loaded, sinks=[table], stop_time=stop_time, **options)
+            simulate(loaded, sinks=[table], stop_time=stop_time, **grouped(**options))
         return table
 
     whole = run_robot(3.0, loop="compiled")

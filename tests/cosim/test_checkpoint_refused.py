@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 from checkpoint_runs import INPUTS, STEP, describe, run
+from flat_options import grouped
 from ssp_writer import component, edit_fmu, system, write
 
-from twip.cosim import load, simulate
+from twip.cosim import Algorithm, Checkpoints, Inputs, load, simulate
 from twip.errors import TwipError
 
 
@@ -63,8 +64,14 @@ def test_another_system_is_refused_with_all_differences(folder):
         load(path) as loaded,
         pytest.raises(TwipError) as failure,
     ):
-        simulate(loaded, step_size=STEP, coupling="gauss-seidel", mid_step=["a.u", "b.u"],
-                 input_file=folder / "in.csv", resume=file, sinks=lambda grid: opened.append(grid) or [])  # fmt: skip
+        simulate(
+            loaded,
+            step_size=STEP,
+            algorithm=Algorithm(coupling="gauss-seidel", mid_step=["a.u", "b.u"]),
+            inputs=Inputs(file=folder / "in.csv"),
+            checkpoints=Checkpoints(resume=file),
+            sinks=lambda grid: opened.append(grid) or [],
+        )
     lines = [line.removeprefix(f"{file}: ") for line in str(failure.value).splitlines()]
     assert [line.partition(" differs: ")[0] for line in lines] == [
         "FMU of g", "connection to g.u", "start value b.x_start", "system",
@@ -83,7 +90,7 @@ def test_components_that_cannot_give_away_their_state_are_named_before_the_run(f
     file, opened = folder / "x.checkpoint", []
     run(describe(folder), checkpoint=file, stop_time=0.5)
     with load(describe(folder, gain="silent.fmu")) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=STEP, sinks=lambda grid: opened.append(grid) or [], **{option: file})
+        simulate(loaded, step_size=STEP, sinks=lambda grid: opened.append(grid) or [], **grouped(**{option: file}))
     assert str(failure.value) == (
         "g: FMU silent.fmu cannot serialize its state (canSerializeFMUstate), which a checkpoint needs"
     )
@@ -168,5 +175,5 @@ def test_a_checkpoint_that_cannot_be_written_is_told_before_the_run(folder, opti
     path = describe(folder)
     options = {k: v.format(folder) if isinstance(v, str) else v for k, v in options.items()}
     with load(path) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=STEP, sinks=lambda _: pytest.fail("a log was opened"), **options)
+        simulate(loaded, step_size=STEP, sinks=lambda _: pytest.fail("a log was opened"), **grouped(**options))
     assert str(failure.value) == problem.format(folder)

@@ -4,9 +4,10 @@ import random
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Observer, Runtime, Table, load, simulate
 from twip.errors import TwipError
 
 COUPLINGS = ["jacobi", "gauss-seidel"]
@@ -17,7 +18,7 @@ def outcome(path, *, start_values=None, **options):
     with load(path, start_values=start_values or {}) as loaded:
         table = Table(loaded.channels)
         try:
-            result = simulate(loaded, sinks=[table], **options)
+            result = simulate(loaded, sinks=[table], **grouped(**options))
             told = (result.steps, result.time, result.values, result.warnings)
         except TwipError as failure:
             told = str(failure)
@@ -125,7 +126,7 @@ def test_the_compiled_loop_is_in_numbas_cache_after_its_first_run(folder):
     told = []
     for _ in range(2):
         with load(path) as loaded:
-            simulate(loaded, step_size=0.5, loop="compiled", notice=told.append)
+            simulate(loaded, step_size=0.5, runtime=Runtime(loop="compiled"), observer=Observer(notice=told.append))
     assert len(told) <= 1  # the first run of all may have had to compile
 
 
@@ -144,5 +145,5 @@ def test_a_sink_may_keep_the_rows_it_gets(folder, loop):
 
     with load(write(folder, system([component("m", "CosimMixed.fmu")]))) as loaded:
         sink, table = Keeps(), Table(loaded.channels)
-        simulate(loaded, step_size=1 / 450, sinks=[sink, table], loop=loop)
+        simulate(loaded, step_size=1 / 450, sinks=[sink, table], runtime=Runtime(loop=loop))
     np.testing.assert_array_equal(np.concatenate(sink.rows), table.values)

@@ -9,6 +9,7 @@ import zipfile
 import fmpy
 import numpy as np
 import pytest
+from flat_options import grouped
 from fmpy.validation import validate_fmu
 from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
 
@@ -43,7 +44,9 @@ def ours(ssd, step_size, stop_time=1.0, **options):
     """Our Jacobi loop's table of a system."""
     with load(ssd, **options.pop("given", {})) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, stop_time=stop_time, step_size=step_size, coupling="jacobi", sinks=[table], **options)
+        simulate(
+            loaded, stop_time=stop_time, step_size=step_size, sinks=[table], **grouped(coupling="jacobi", **options)
+        )
     return table
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import Table, load, simulate
@@ -31,7 +32,7 @@ def oscillator(fmus, tmp_path):
 def run(path, **options):
     with load(path, start_values=options.pop("start_values", {"b.x_start": 1.0})) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], **options)
+        result = simulate(loaded, sinks=[table], **grouped(**options))
     return table, result
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from ssp_writer import component, connection, dictionary, enumerations, linear, mapping, signals, system, units, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Algorithm, Runtime, Table, check, load, simulate
 
 GAIN, MIXED = "CosimGain.fmu", "CosimMixed.fmu"
 REAL = "<ssc:Real/>"
@@ -16,7 +16,13 @@ TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="1"/>'
 def run(path, loop, **loading):
     with load(path, **loading) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, coupling="gauss-seidel", loop=loop)
+        simulate(
+            loaded,
+            sinks=[table],
+            step_size=0.5,
+            algorithm=Algorithm(coupling="gauss-seidel"),
+            runtime=Runtime(loop=loop),
+        )
     return table
 
 

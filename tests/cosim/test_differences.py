@@ -9,7 +9,7 @@ from lxml import etree
 from ssp_writer import bind, component, connection, edit_fmu, linear, parameter_set, system, units, write
 
 from twip.cli import main
-from twip.cosim import check, load, simulate
+from twip.cosim import Inputs, Runtime, check, load, simulate
 from twip.cosim.fmus.description import read_fmu
 from twip.cosim.reading.problems import Place, Problems
 
@@ -48,7 +48,7 @@ def test_a_connection_converts_a_difference_without_offset(gains, source, target
     parts = [component("a", f"{source}.fmu", "y<", bind({"k": ("Real", 2), "u": ("Real", 5)}))]
     parts.append(component("b", f"{target}.fmu", "u>"))
     path = write(gains, system(parts, [connection("a.y -> b.u")]))
-    result = simulate(load(path), step_size=0.5, loop=loop)
+    result = simulate(load(path), step_size=0.5, runtime=Runtime(loop=loop))
     assert result["b.u"].tolist() == pytest.approx([expected] * 3, rel=1e-15)
     assert result.warnings == ()
 
@@ -63,7 +63,7 @@ def test_values_and_time_series_in_another_unit(gains):
     (gains / "in.csv").write_text("time,t\n0,10\n1,20\n")
     system_ = load(path, start_values={"v": 7.0})
     assert [(s.variable.name, s.value) for s in system_.components[0].start_values] == [("k", 10.0)]
-    result = simulate(system_, step_size=0.5, loop="python", input_file=gains / "in.csv")
+    result = simulate(system_, step_size=0.5, runtime=Runtime(loop="python"), inputs=Inputs(file=gains / "in.csv"))
     assert result["a.u"].tolist() == [10.0, 10.0, 15.0]
     assert result["inner.w"].tolist() == [7.0] * 3
     assert result["inner.b.u"].tolist() == [7.0] * 3
@@ -117,14 +117,18 @@ def test_a_connector_for_differences_and_others_is_warned_of(gains):
     assert loaded.warnings == (
         f"t feeds b.u, a difference (relativeQuantity), and a.u, which is none {second}",
     )  # fmt: skip
-    assert simulate(loaded, step_size=0.5, loop="python")["b.u"].tolist() == [10.0] * 3
+    assert simulate(loaded, step_size=0.5, runtime=Runtime(loop="python"))["b.u"].tolist() == [10.0] * 3
 
 
 def test_swaps(gains):
     parts = [component("a", "dC.fmu", "y<"), component("b", "dC.fmu", "u> y<"), component("c", "dC.fmu", "u>")]
     path = write(gains, system(parts, [connection("a.y -> b.u"), connection("b.y -> c.u")]), tail=TAIL)
     assert check(path, swap={"b": gains / "dK.fmu"}) == []
-    result = simulate(load(path, start_values={"a.u": 5.0}, swap={"b": gains / "dK.fmu"}), step_size=0.5, loop="python")
+    result = simulate(
+        load(path, start_values={"a.u": 5.0}, swap={"b": gains / "dK.fmu"}),
+        step_size=0.5,
+        runtime=Runtime(loop="python"),
+    )
     assert result["b.u"].tolist() == [10.0] * 3
     told = [line.split(", which ")[0] for line in check(path, swap={"b": gains / "K.fmu"})]
     said = "is a difference (relativeQuantity) in the system, not in"
@@ -148,7 +152,7 @@ def test_fmi_3_says_it_of_a_type_or_of_a_variable(tmp_path, capsys):
     relative = [name for name, variable in fmu.variables.items() if variable.relative]
     assert relative == ["u", "in_Float64", "ins_Float32[1]", "ins_Float32[2]", "ins_Float32[3]"]
     path = write(tmp_path, system([component("a", "e.fmu", "u>")], [connection("t -> a.u")], "t>:Real[K]"), tail=TAIL)
-    result = simulate(load(path, start_values={"t": 10.0}), step_size=0.5, loop="python")
+    result = simulate(load(path, start_values={"t": 10.0}), step_size=0.5, runtime=Runtime(loop="python"))
     assert result["a.u"].tolist() == [10.0] * 3
     assert main(["check", str(tmp_path / "e.fmu")]) == 0
     assert "0 degC, Real, continuous, a difference" in capsys.readouterr().out

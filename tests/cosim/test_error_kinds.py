@@ -9,11 +9,13 @@ from ssp_writer import component, line_of, proposing, system, write
 
 from twip.cosim import (
     AbsentFileError,
+    Algorithm,
     ComponentError,
     ForeignLogError,
     LiveInputs,
     Place,
     Problem,
+    Runtime,
     TwipError,
     UnknownNameError,
     load,
@@ -28,7 +30,7 @@ def test_a_failed_step_names_component_time_and_call(faulty_folder, isolate, wha
     said = r"^bad failed at t = 0\.5 s: fmi2DoStep returned"
     loaded = load(chain(faulty_folder), start_values=demand("step", what, 0.5))
     with loaded, pytest.raises(ComponentError, match=said) as error:
-        simulate(loaded, step_size=0.1, coupling="gauss-seidel", isolate=isolate)
+        simulate(loaded, step_size=0.1, algorithm=Algorithm(coupling="gauss-seidel"), runtime=Runtime(isolate=isolate))
     failure = error.value
     assert (failure.component, failure.call, failure.repeatable) == ("bad", "fmi2DoStep", repeatable)
     assert failure.time == pytest.approx(0.5)
@@ -40,7 +42,7 @@ def test_a_failed_step_names_component_time_and_call(faulty_folder, isolate, wha
 def test_a_crash_names_what_was_being_done(faulty_folder):
     loaded = load(chain(faulty_folder), start_values=demand("step", "crash", 0.5))
     with loaded, pytest.raises(ComponentError) as error:
-        simulate(loaded, step_size=0.1, coupling="gauss-seidel", isolate=True)
+        simulate(loaded, step_size=0.1, algorithm=Algorithm(coupling="gauss-seidel"), runtime=Runtime(isolate=True))
     assert (error.value.component, error.value.call, error.value.repeatable) == ("bad", "doStep", False)
     assert error.value.time == pytest.approx(0.5)
 

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import component, connection, system, write
 
-from twip.cosim import CsvSink, Table, load, simulate
+from twip.cosim import CsvSink, Runtime, Table, load, simulate
 from twip.cosim.log import playback
 from twip.cosim.run.interrupt_flag import InterruptFlag
 from twip.cosim.sinks.mcap_log import McapLog
@@ -30,7 +31,7 @@ def run(path, fault, at=0.5, **options):
         table, csv = Table(loaded.channels), CsvSink(path.parent / "out.csv", loaded.channels)
         failure = None
         try:
-            result = simulate(loaded, sinks=[table, csv], step_size=options.pop("step_size", 0.1), **options)
+            result = simulate(loaded, sinks=[table, csv], step_size=options.pop("step_size", 0.1), **grouped(**options))
         except TwipError as error:
             failure, result = error, None
         folder = loaded.workspace.path
@@ -98,8 +99,8 @@ def test_a_failure_during_initialization_leaves_the_files_of_the_last_run(path):
 def test_after_a_fatal_failure_the_same_system_runs_again(path, loop):
     with load(path, start_values={"bad.fault": "raise", "bad.fault_time": 0.5}) as loaded:
         with pytest.raises(TwipError):
-            simulate(loaded, step_size=0.1, loop=loop)
-        assert simulate(loaded, step_size=0.1, stop_time=0.5, loop=loop).steps == 5
+            simulate(loaded, step_size=0.1, runtime=Runtime(loop=loop))
+        assert simulate(loaded, step_size=0.1, stop_time=0.5, runtime=Runtime(loop=loop)).steps == 5
 
 
 def test_messages_of_the_components_are_events_with_their_time_and_not_printed(path, capfd, loop):
@@ -123,7 +124,7 @@ def test_a_sink_that_cannot_write_ends_the_run_with_one_line(path, loop):
     with load(path) as loaded:
         other, full = Table(loaded.channels), Full(loaded.channels)
         with pytest.raises(TwipError, match=r"^log.mcap: cannot be written \(No space left on device\)$"):
-            simulate(loaded, step_size=0.001, sinks=[full, other], loop=loop)
+            simulate(loaded, step_size=0.001, sinks=[full, other], runtime=Runtime(loop=loop))
     assert full.closed
     assert other.closed
 
@@ -142,14 +143,14 @@ def test_missing_folders_of_a_csv_are_created(path):
 
 DISK_FILLS = """
     import resource, sys
-    from twip.cosim import CsvSink, load, simulate
+    from twip.cosim import CsvSink, Runtime, load, simulate
     from twip.errors import TwipError
 
     with load(sys.argv[1]) as loaded:
         csv = CsvSink(sys.argv[2], loaded.channels)
         resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
         try:
-            simulate(loaded, step_size=0.001, sinks=[csv], loop="python")
+            simulate(loaded, step_size=0.001, sinks=[csv], runtime=Runtime(loop="python"))
         except TwipError as error:
             print(error)
 """
@@ -203,13 +204,16 @@ def test_progress_is_told_after_each_chunk(path, loop):
 
 PROGRAM = """
     import sys
-    from twip.cosim import CsvSink, Table, load, simulate
+    from twip.cosim import CsvSink, Observer, Runtime, Table, load, simulate
 
     with load(sys.argv[1], start_values={"bad.fault": "slow"}) as loaded:
         table, csv = Table(loaded.channels), CsvSink(sys.argv[2], loaded.channels)
         tell = lambda time: print("reached", time, flush=True)
         print("folder", loaded.workspace.path, flush=True)
-        result = simulate(loaded, sinks=[table, csv], stop_time=1000, step_size=0.01, progress=tell, loop=sys.argv[3])
+        result = simulate(
+            loaded, sinks=[table, csv], stop_time=1000, step_size=0.01,
+            runtime=Runtime(loop=sys.argv[3]), observer=Observer(tell),
+        )
     print("rows", len(table.times), result.steps, result.interrupted, table.closed, flush=True)
     sys.exit(128 + result.signal if result.interrupted else 0)
 """

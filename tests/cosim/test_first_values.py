@@ -1,6 +1,7 @@
 """Initialization mode: outputs are read when what they depend on is set, and loops begin at the start values."""
 
 import pytest
+from flat_options import grouped
 from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
 
 from twip.cosim import load, simulate
@@ -25,7 +26,7 @@ def reals(**values):
 
 def first_row(path, **options):
     with load(path) as loaded:
-        result = simulate(loaded, stop_time=0.1, step_size=0.1, loop="python", **options)
+        result = simulate(loaded, stop_time=0.1, step_size=0.1, **grouped(loop="python", **options))
     return {name: float(result[name][0]) for name in loaded.columns}, result.warnings
 
 

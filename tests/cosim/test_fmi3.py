@@ -4,10 +4,11 @@ import fmpy
 import numpy as np
 import pytest
 from echo_fmu import NUMBERS, compiled, echo2, echo3
+from flat_options import grouped
 from ssp_writer import bind, connection, linear, system, write
 
 from twip.cli import main
-from twip.cosim import CsvSink, Table, check, load, simulate
+from twip.cosim import CsvSink, Inputs, Runtime, Table, check, load, simulate
 from twip.cosim.log import playback
 from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
@@ -37,7 +38,7 @@ def c_folder(libraries, tmp_path):
 def run(path, *, loop, start_values=None, step_size=0.125, **options):
     with load(path, start_values=start_values or {}) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], loop=loop, step_size=step_size, **options)
+        result = simulate(loaded, sinks=[table], step_size=step_size, **grouped(loop=loop, **options))
     return table, result
 
 
@@ -174,7 +175,7 @@ def test_what_float64_cannot_hold_is_refused_not_rounded(c_folder, loop):
         with load(path, start_values={"a.mode": mode, "a.at": 0.5}) as loaded:
             table = Table(loaded.channels)
             with pytest.raises(TwipError) as failure:
-                simulate(loaded, sinks=[table], loop=loop, step_size=0.125)
+                simulate(loaded, sinks=[table], runtime=Runtime(loop=loop), step_size=0.125)
         assert str(failure.value).startswith(f"a failed at t = 0.5 s: {text}")
         assert table.times.tolist() == [0.0, 0.125, 0.25, 0.375]
 
@@ -210,7 +211,7 @@ def test_every_status_of_a_step(c_folder, loop):
         with load(path, start_values={"b.mode": mode, "b.at": 0.5}) as loaded:
             table = Table(loaded.channels)
             with pytest.raises(TwipError) as failure:
-                simulate(loaded, sinks=[table], loop=loop, step_size=0.125)
+                simulate(loaded, sinks=[table], runtime=Runtime(loop=loop), step_size=0.125)
         assert str(failure.value) == f"b failed at t = 0.375 s: {text}"
         assert table.times.tolist() == [0.0, 0.125, 0.25, 0.375]
 
@@ -284,7 +285,9 @@ def test_logs_and_csv_keep_every_type(c_folder, loop):
     with load(path) as loaded:
         table = Table(loaded.channels)
         sinks = [table, McapLog(c_folder / "a.mcap", loaded.channels, {}), CsvSink(c_folder / "a.csv", loaded.channels)]
-        simulate(loaded, sinks=sinks, loop=loop, step_size=1 / 512, input_file=c_folder / "in.csv")
+        simulate(
+            loaded, sinks=sinks, runtime=Runtime(loop=loop), step_size=1 / 512, inputs=Inputs(file=c_folder / "in.csv")
+        )
     log = playback.read(c_folder / "a.mcap")
     assert log.channels == tuple(type(c)(c.component, c.signals) for c in loaded.channels)
     assert log.table().tobytes() == table.values.tobytes()

@@ -8,7 +8,7 @@ from echo_fmu import compiled, echo3, echo3_description
 from ssp_writer import component, connection, system, units, write
 
 from twip.cli import main
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Runtime, Table, check, load, simulate
 from twip.cosim.fmus.description import read_fmu
 from twip.cosim.reading.problems import Place, Problems
 from twip.cosim.ssp.parameter_file import parameters_of, write_parameter_set
@@ -114,7 +114,7 @@ def test_binary_variables_are_left_alone_and_not_connected(tmp_path, library):
     echo3(tmp_path, library, variables=BINARY + BINARY_OUT, structure='<Output valueReference="9002"/>')
     with load(write(tmp_path, system([component("a", "echo3.fmu")]))) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], step_size=0.5, loop="python")
+        result = simulate(loaded, sinks=[table], step_size=0.5, runtime=Runtime(loop="python"))
     assert "a: variables of type Binary are not read or set: blob_in, blob" in result.warnings
     parts = [component("a", "echo3.fmu", "blob<"), component("b", "echo3.fmu", "blob_in>")]
     problems = check(write(tmp_path, system(parts, [connection("a.blob -> b.blob_in")])))
@@ -161,7 +161,7 @@ def test_temperatures_with_offsets_are_converted_between_fmus(tmp_path, library)
     path = write(tmp_path, body, tail=f'{known}<ssd:DefaultExperiment startTime="0" stopTime="1"/>')
     with load(path, start_values={"t": 21.5}) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, loop="python")
+        simulate(loaded, sinks=[table], step_size=0.5, runtime=Runtime(loop="python"))
     assert table["c.x"][-1] == 21.5
     assert table["k.out_Float64"][-1] == 21.5 + 273.15
 
@@ -287,7 +287,7 @@ def test_an_array_with_values_for_some_elements_is_told_before_it_runs(tmp_path,
         loaded.with_start_values(values)
     assert str(refused.value) == told
     everything = {f"a.ins_Float64[{i}]": float(i) for i in (1, 2, 3)}
-    result = simulate(load(path, start_values=everything), step_size=0.5, loop="python")
+    result = simulate(load(path, start_values=everything), step_size=0.5, runtime=Runtime(loop="python"))
     assert [result[name][-1] for name in everything] == [1.0, 2.0, 3.0]
 
 

@@ -9,9 +9,10 @@ import fmpy
 import numpy as np
 import pytest
 from echo_fmu import compiled, echo2, echo3
+from flat_options import grouped
 from ssp_writer import component, connection, linear, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Runtime, Table, load, simulate
 from twip.cosim.fmus.pool import InstancePool
 
 BUILD = "import sys; from pythonfmu3.builder import FmuBuilder; FmuBuilder.build_FMU(sys.argv[1], dest=sys.argv[2])"
@@ -36,7 +37,7 @@ def libraries(tmp_path_factory):
 def run(path, *, step_size, start_values=None, **options):
     with load(path, start_values=start_values or {}) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=step_size, **options)
+        simulate(loaded, sinks=[table], step_size=step_size, **grouped(**options))
     return table
 
 
@@ -96,6 +97,6 @@ def test_reset_instances_serve_the_next_run(libraries, tmp_path, loop):
         tables = []
         for _ in range(2):
             tables.append(Table(loaded.channels))
-            simulate(loaded, sinks=[tables[-1]], step_size=0.125, loop=loop, pool=pool)
+            simulate(loaded, sinks=[tables[-1]], step_size=0.125, runtime=Runtime(loop=loop, pool=pool))
     assert tables[0].values.tobytes() == tables[1].values.tobytes()
     assert tables[1]["a.out_String"][-1] == "text"

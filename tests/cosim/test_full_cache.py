@@ -8,13 +8,13 @@ from ssp_writer import component, connection, system, write
 
 RUN = """
 import resource, signal, sys
-from twip.cosim import Table, load, simulate
+from twip.cosim import Runtime, Table, load, simulate
 with load(sys.argv[1], start_values={"a.u": 1.0}) as loaded:
     plain, table = Table(loaded.channels), Table(loaded.channels)
-    simulate(loaded, sinks=plain, step_size=0.25, loop="python")
+    simulate(loaded, sinks=plain, step_size=0.25, runtime=Runtime(loop="python"))
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-    simulate(loaded, sinks=table, step_size=0.25, loop="compiled")
+    simulate(loaded, sinks=table, step_size=0.25, runtime=Runtime(loop="compiled"))
 print((table.values == plain.values).all(), table["b.x"].tolist()[-1], [e.text for e in table.events])
 """
 

@@ -28,7 +28,7 @@ from ssp_writer import (
     write,
 )
 
-from twip.cosim import check, load, simulate
+from twip.cosim import Checkpoints, Inputs, Runtime, check, load, simulate
 from twip.cosim.log import playback
 from twip.cosim.model.time_grid import time_grid
 from twip.cosim.reading.problems import Problems
@@ -124,7 +124,13 @@ def samples(fmus, tmp_path_factory):
     assert check(path) == []
     with load(path) as loaded:
         log = McapLog(folder / "run.mcap", loaded.channels, {"run": {"a": "b"}}, [Attachment.file(path)])
-        simulate(loaded, step_size=0.01, sinks=[log], input_file=folder / "inputs.csv", loop="python")
+        simulate(
+            loaded,
+            step_size=0.01,
+            sinks=[log],
+            inputs=Inputs(file=folder / "inputs.csv"),
+            runtime=Runtime(loop="python"),
+        )
     with zipfile.ZipFile(folder / "whole.ssp", "w") as file:
         for source in (path, *folder.glob("*.ss[vmb]"), *folder.glob("Cosim*.fmu")):
             file.write(source, source.name)
@@ -134,7 +140,12 @@ def samples(fmus, tmp_path_factory):
     gain = [edit_fmu(folder / "CosimGain.fmu", folder / "state.fmu", state=True)]
     one = write(folder, system([component("g", gain[0].name, "u> y<")]))
     with load(one) as loaded:
-        simulate(loaded, step_size=0.1, checkpoint=folder / "run.checkpoint", loop="python")
+        simulate(
+            loaded,
+            step_size=0.1,
+            checkpoints=Checkpoints(file=folder / "run.checkpoint"),
+            runtime=Runtime(loop="python"),
+        )
     one.unlink()
     path.write_text(text)
     return folder

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import component, connection, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Inputs, Table, load, simulate
 from twip.errors import TwipError
 
 
@@ -22,7 +23,7 @@ def run(path, text, **options):
     (path.parent / "in.csv").write_text(text, encoding="utf-8")
     with load(path) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], input_file=path.parent / "in.csv", **options)
+        simulate(loaded, sinks=[table], **grouped(input_file=path.parent / "in.csv", **options))
     return table
 
 
@@ -87,4 +88,4 @@ def test_a_missing_file_is_named(path):
         load(path) as loaded,
         pytest.raises(TwipError, match=r"none.csv: cannot be read \(No such file or directory\)"),
     ):
-        simulate(loaded, step_size=0.5, input_file=path.parent / "none.csv")
+        simulate(loaded, step_size=0.5, inputs=Inputs(file=path.parent / "none.csv"))

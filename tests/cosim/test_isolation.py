@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_fmu import WHAT, WHERE, chain, demand
+from flat_options import grouped
 from ssp_writer import bind, component, connection, edit_fmu, system, write
 
 from twip.cli import main
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Algorithm, Checkpoints, Runtime, Table, check, load, simulate
 from twip.cosim.fmus import isolation
 from twip.cosim.log import playback
 from twip.cosim.sinks.mcap_log import McapLog
@@ -43,7 +44,12 @@ def run(path, start_values, log=None, **options):
         table, failure = Table(loaded.channels), ""
         sinks = [table] if log is None else [table, McapLog(log, loaded.channels, {})]
         try:
-            simulate(loaded, sinks=sinks, step_size=0.1, **{"coupling": "gauss-seidel", "isolate": True, **options})
+            simulate(
+                loaded,
+                sinks=sinks,
+                step_size=0.1,
+                **grouped(**{"coupling": "gauss-seidel", "isolate": True, **options}),
+            )
         except TwipError as error:
             failure = str(error)
     assert children(os.getpid()) == before
@@ -134,7 +140,7 @@ def test_a_python_fmu_that_raises_is_told_as_in_one_process(folder):
         with load(path, start_values={"bad.fault": "raise", "bad.fault_time": 0.5}) as loaded:
             table = Table(loaded.channels)
             with pytest.raises(TwipError) as failure:
-                simulate(loaded, sinks=[table], step_size=0.1, isolate=isolate)
+                simulate(loaded, sinks=[table], step_size=0.1, runtime=Runtime(isolate=isolate))
             said.append((str(failure.value), table.times.tolist(), table.events))
     assert said[0] == said[1]
 
@@ -152,7 +158,13 @@ def test_the_results_are_those_of_one_process(folder, coupling):
     for isolate in (False, True):
         with load(path, start_values={"a.x_start": 0.3, "b.k": 1.7, "m.n": 4}) as loaded:
             tables.append(Table(loaded.channels))
-            simulate(loaded, sinks=[tables[-1]], step_size=0.01, coupling=coupling, isolate=isolate)
+            simulate(
+                loaded,
+                sinks=[tables[-1]],
+                step_size=0.01,
+                algorithm=Algorithm(coupling=coupling),
+                runtime=Runtime(isolate=isolate),
+            )
             names = loaded.columns
     assert len(tables[0].times) == 101
     for name in names:
@@ -172,12 +184,20 @@ def test_under_jacobi_they_work_side_by_side(sleepers):
     walls, rows = {}, {}
     for coupling in ("jacobi", "gauss-seidel"):
         with load(sleepers) as loaded:
-            result = simulate(loaded, stop_time=2.0, step_size=0.1, coupling=coupling, isolate=True)
+            result = simulate(
+                loaded,
+                stop_time=2.0,
+                step_size=0.1,
+                algorithm=Algorithm(coupling=coupling),
+                runtime=Runtime(isolate=True),
+            )
         walls[coupling], rows[coupling] = result.wall_time, result.table.values
     assert walls["gauss-seidel"] >= 20 * 4 * 0.01
     assert walls["jacobi"] < 0.6 * walls["gauss-seidel"]  # 0.25 and what the processes' talk costs
     with load(sleepers) as loaded:
-        alone = simulate(loaded, stop_time=2.0, step_size=0.1, coupling="jacobi", loop="python")
+        alone = simulate(
+            loaded, stop_time=2.0, step_size=0.1, algorithm=Algorithm(coupling="jacobi"), runtime=Runtime(loop="python")
+        )
     assert rows["jacobi"].tobytes() == alone.table.values.tobytes()
 
 
@@ -189,9 +209,13 @@ def told(path, isolate, **start_values):
         log = path.parent / "run.mcap"
         with pytest.raises(TwipError) as failure:
             simulate(
-                loaded, stop_time=1.0, step_size=0.1, coupling="jacobi", loop="python", isolate=isolate,
+                loaded,
+                stop_time=1.0,
+                step_size=0.1,
+                algorithm=Algorithm(coupling="jacobi"),
+                runtime=Runtime(loop="python", isolate=isolate),
                 sinks=[table, McapLog(log, loaded.channels, {})],
-            )  # fmt: skip
+            )
         messages = [(event.time, event.source, event.text) for event in playback.read(log).events]
     return str(failure.value), table.times.tolist(), messages
 
@@ -226,7 +250,7 @@ def test_the_robot_stands_up_alike(built):
     for isolate in (False, True):
         with load(built / "ssp" / "twip.ssp") as loaded:
             tables.append(Table(loaded.channels))
-            simulate(loaded, sinks=[tables[-1]], stop_time=2.0, isolate=isolate)
+            simulate(loaded, sinks=[tables[-1]], stop_time=2.0, runtime=Runtime(isolate=isolate))
             names = loaded.columns
     assert len(tables[0].times) == 2001
     for name in names:
@@ -239,8 +263,12 @@ def test_a_checkpoint_serves_both_ways(faulty_folder, tmp_path, first, second):
     with load(path) as loaded:
         whole, rest = Table(loaded.channels), Table(loaded.channels)
         simulate(loaded, sinks=[whole], step_size=0.1)
-        simulate(loaded, step_size=0.1, stop_time=0.5, checkpoint=kept, isolate=first)
-        simulate(loaded, sinks=[rest], step_size=0.1, resume=kept, isolate=second)
+        simulate(
+            loaded, step_size=0.1, stop_time=0.5, checkpoints=Checkpoints(file=kept), runtime=Runtime(isolate=first)
+        )
+        simulate(
+            loaded, sinks=[rest], step_size=0.1, checkpoints=Checkpoints(resume=kept), runtime=Runtime(isolate=second)
+        )
     assert rest.times.tolist() == whole.times[5:].tolist()
     for name in ("good.y", "bad.z"):
         assert rest[name].tolist() == whole[name][5:].tolist()
@@ -253,7 +281,13 @@ def test_a_crash_around_a_checkpoint(faulty_folder, tmp_path, where, at, said):
     kept = tmp_path / "run.checkpoint"
     if where == "restore":
         with load(chain(faulty_folder), start_values=demand(where, "crash")) as loaded:
-            simulate(loaded, step_size=0.1, stop_time=0.5, coupling="gauss-seidel", checkpoint=kept)
+            simulate(
+                loaded,
+                step_size=0.1,
+                stop_time=0.5,
+                algorithm=Algorithm(coupling="gauss-seidel"),
+                checkpoints=Checkpoints(file=kept),
+            )
     table, failure = run(
         chain(faulty_folder), demand(where, "crash", at), **{"save": {"checkpoint": kept, "checkpoint_every": 0.5},
         "restore": {"resume": kept}}[where],
@@ -308,7 +342,7 @@ def test_an_fmu_that_allows_one_instance_per_process(faulty_folder, capsys):
 )
 def test_options_that_do_not_go_together(faulty_folder, options, said):
     with load(chain(faulty_folder)) as loaded, pytest.raises(TwipError) as refused:
-        simulate(loaded, **options)
+        simulate(loaded, **grouped(**options))
     assert str(refused.value) == said
 
 
@@ -323,14 +357,15 @@ def test_the_command_line_tells_and_keeps_the_log(faulty_folder, tmp_path, capsy
 
 PROGRAM = """
     import sys
-    from twip.cosim import CsvSink, load, simulate
+    from twip.cosim import CsvSink, Observer, Runtime, load, simulate
 
     start = {"bad.where": 5, "bad.what": int(sys.argv[3]), "bad.at": 50}
     with load(sys.argv[1], start_values=start) as loaded:
         csv = CsvSink(sys.argv[2], loaded.channels)
         tell = lambda time: print("reached", time, flush=True)
         result = simulate(
-            loaded, sinks=[csv], stop_time=1e5, step_size=0.1, progress=tell, isolate=True, time_limit=60
+            loaded, sinks=[csv], stop_time=1e5, step_size=0.1, observer=Observer(tell),
+            runtime=Runtime(isolate=True, time_limit=60),
         )
     sys.exit(128 + result.signal if result.interrupted else 0)
 """

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 from echo_fmu import compiled, echo2, echo3
+from flat_options import grouped
 from ssp_writer import algorithm, bind, component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Table, load, simulate
 from twip.errors import TwipError
 
 MID = ("a.u", "b.u")
@@ -34,7 +35,7 @@ def reals(**values):
 def run(path, **options):
     with load(path) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], **{"coupling": "iterated", **options})
+        result = simulate(loaded, sinks=[table], **grouped(**{"coupling": "iterated", **options}))
     return table, result
 
 
@@ -83,7 +84,12 @@ def test_a_loop_without_solution_is_a_failure_that_names_its_signals_and_leaves_
     with load(algebraic(parts, 1.0)) as loaded:  # p.y = p.y + t: none but at t = 0
         table = Table(loaded.channels)
         with pytest.raises(TwipError) as failure:
-            simulate(loaded, sinks=[table], coupling="iterated", step_size=0.25, options={"maximum_iterations": 7})
+            simulate(
+                loaded,
+                sinks=[table],
+                algorithm=Algorithm(coupling="iterated", options={"maximum_iterations": 7}),
+                step_size=0.25,
+            )
     assert str(failure.value).startswith("the step from t = 0 s does not converge within 7 iterations to 1e-08: ")
     assert "q.y → p.u still changes by " in str(failure.value) or "p.y → q.u still changes by " in str(failure.value)
     assert table.times.tolist() == [0.0]
@@ -98,7 +104,7 @@ def test_a_loop_without_solution_does_not_run_away_to_where_its_residual_is_lost
     with load(path) as loaded:
         table = Table(loaded.channels)
         with pytest.raises(TwipError, match=f"still changes by {added:g}"):
-            simulate(loaded, sinks=[table], coupling="iterated", step_size=0.25)
+            simulate(loaded, sinks=[table], algorithm=Algorithm(coupling="iterated"), step_size=0.25)
         _, result = run(path, coupling="gauss-seidel", step_size=0.5)
     assert any("initial values do not settle" in w and "q.u" in w for w in result.warnings)
     assert np.abs(table.values).max() <= 1000 * added
@@ -180,7 +186,7 @@ def test_fmus_that_cannot_save_their_state_are_named_before_the_run(parts):
     pair = [component(name, "stateless.fmu", "u> x<") for name in "ab"]
     path = write(parts, system(pair, [connection("a.x -> b.u"), connection("b.x -> a.u")]))
     with load(path) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, coupling="iterated", step_size=0.1)
+        simulate(loaded, algorithm=Algorithm(coupling="iterated"), step_size=0.1)
     assert str(failure.value).splitlines() == [
         f"{name}: FMU stateless.fmu cannot save its state (canGetAndSetFMUstate), which iterated coupling needs"
         for name in "ab"
@@ -207,7 +213,7 @@ def test_fmus_that_cannot_save_their_state_are_named_before_the_run(parts):
 )
 def test_what_does_not_go_together_is_refused(parts, options, problem):
     with load(oscillator(parts)) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, **{"coupling": "iterated", "step_size": 0.1, **options})
+        simulate(loaded, **grouped(**{"coupling": "iterated", "step_size": 0.1, **options}))
     assert str(failure.value).startswith(problem)
 
 

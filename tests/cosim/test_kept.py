@@ -8,9 +8,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from flat_options import grouped
 from ssp_writer import component, edit_fmu, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Observer, Runtime, Table, load, simulate
 from twip.cosim.fmus.fmu_cache import MARKER, awaits_compiling, cache_root
 from twip.errors import TwipError
 
@@ -33,7 +34,7 @@ def run(path, **options):
     """Run and return the kept or temporary folder of the first component, and the messages."""
     with load(path) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, loop="python", **options)
+        simulate(loaded, sinks=[table], step_size=0.5, **grouped(loop="python", **options))
         fmu = loaded.components[0].fmu
         unpacked = loaded.unpacked.folder(fmu, pytest.fail)
         assert unpacked.is_dir()
@@ -150,9 +151,9 @@ def test_after_a_fatal_failure_this_process_leaves_the_folder_alone(folder, cach
 
 def test_processes_that_unpack_at_once_share_one_whole_folder(path, folder, cache):
     program = (
-        "import sys\nfrom twip.cosim import load, simulate\n"
+        "import sys\nfrom twip.cosim import Runtime, load, simulate\n"
         "with load(sys.argv[1]) as loaded:\n    sys.stdin.readline()\n"
-        "    simulate(loaded, step_size=0.5, loop='python')\n"
+        "    simulate(loaded, step_size=0.5, runtime=Runtime(loop='python'))\n"
         "    print(loaded.unpacked.folder(loaded.components[0].fmu, print))"
     )
     edit_fmu(
@@ -226,7 +227,7 @@ def test_the_user_is_told_before_the_loop_is_compiled(path, monkeypatch, cached)
     monkeypatch.setattr("twip.cosim.coupling.compiled_loop.is_cached", lambda: cached)
     told = []
     with load(path) as loaded:
-        simulate(loaded, step_size=0.5, loop="compiled", notice=told.append)
+        simulate(loaded, step_size=0.5, runtime=Runtime(loop="compiled"), observer=Observer(notice=told.append))
     assert told == ([] if cached else ["compiling the loop: needed once per build, takes a while"])
 
 

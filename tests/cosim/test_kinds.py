@@ -5,7 +5,7 @@ import itertools
 import pytest
 from ssp_writer import bind, component, connection, connector, edit_fmu, linear, mapping, system, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Algorithm, Runtime, Table, check, load, simulate
 from twip.cosim.ssp.kinds import ALLOWED, gives, refusal
 
 GAIN, MIXED = "CosimGain.fmu", "CosimMixed.fmu"
@@ -14,7 +14,13 @@ GAIN, MIXED = "CosimGain.fmu", "CosimMixed.fmu"
 def run(path, loop="python", **loading):
     with load(path, **loading) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, coupling="gauss-seidel", loop=loop)
+        simulate(
+            loaded,
+            sinks=[table],
+            step_size=0.5,
+            algorithm=Algorithm(coupling="gauss-seidel"),
+            runtime=Runtime(loop=loop),
+        )
     return table
 
 

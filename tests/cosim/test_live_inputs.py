@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Checkpoints, Inputs, Observer, Runtime, Table, load, simulate
 from twip.cosim.scenario.live_inputs import LiveInputs, limits, open_inputs
 from twip.errors import TwipError
 
@@ -23,7 +23,15 @@ def test_a_value_counts_from_the_next_chunk_on_and_holds(path, loop):
             if time == pytest.approx(0.2):
                 inputs["a.u"] = 3.0
 
-        simulate(model, stop_time=0.6, step_size=0.001, sinks=[table], loop=loop, live=inputs, progress=progress)
+        simulate(
+            model,
+            stop_time=0.6,
+            step_size=0.001,
+            sinks=[table],
+            runtime=Runtime(loop=loop),
+            inputs=Inputs(live=inputs),
+            observer=Observer(progress=progress),
+        )
     u = table["a.u"]  # a row holds the input of the step that ended there
     np.testing.assert_array_equal(u[:201], np.full(201, u[0]))
     np.testing.assert_array_equal(u[201:], np.full(400, 3.0))
@@ -35,7 +43,7 @@ def test_start_values_stay_until_somebody_sets_an_input(path):
         inputs = LiveInputs(model, ["a.u"])
         assert inputs["a.u"] == 2.5
         table = Table(model.channels)
-        simulate(model, stop_time=0.01, step_size=0.001, sinks=[table], live=inputs)
+        simulate(model, stop_time=0.01, step_size=0.001, sinks=[table], inputs=Inputs(live=inputs))
         plain = Table(model.channels)
         simulate(model, stop_time=0.01, step_size=0.001, sinks=[plain])
     np.testing.assert_array_equal(table.values, plain.values)
@@ -47,7 +55,7 @@ def test_what_a_file_drives_is_left_to_it(path):
     with load(path) as model:
         inputs = LiveInputs(model, ["a.u"])
         table = Table(model.channels)
-        simulate(model, stop_time=0.01, step_size=0.001, input_file=file, sinks=[table], live=inputs)
+        simulate(model, stop_time=0.01, step_size=0.001, inputs=Inputs(file=file, live=inputs), sinks=[table])
         assert inputs.names == ()
         with pytest.raises(TwipError, match=r"there is no input a\.u to set"):
             inputs["a.u"] = 1.0
@@ -63,7 +71,14 @@ def test_mistakes_are_told(path):
         with pytest.raises(TwipError, match=r"a\.u cannot take nan, which is not finite"):
             inputs["a.u"] = float("nan")
         with pytest.raises(TwipError, match="a checkpoint cannot hold inputs"):
-            simulate(model, stop_time=0.01, step_size=0.001, sinks=[], live=inputs, checkpoint=path.parent / "kept")
+            simulate(
+                model,
+                stop_time=0.01,
+                step_size=0.001,
+                sinks=[],
+                inputs=Inputs(live=inputs),
+                checkpoints=Checkpoints(file=path.parent / "kept"),
+            )
 
 
 def test_values_that_do_not_fit_the_input_are_refused(folder):
@@ -111,7 +126,13 @@ def test_what_an_input_cannot_take_is_refused_and_the_run_goes_on(path, loop, va
                 assert not inputs.offer("b.u", 1.0)
 
         result = simulate(
-            model, stop_time=0.6, step_size=0.001, sinks=[table], loop=loop, live=inputs, progress=progress
+            model,
+            stop_time=0.6,
+            step_size=0.001,
+            sinks=[table],
+            runtime=Runtime(loop=loop),
+            inputs=Inputs(live=inputs),
+            observer=Observer(progress=progress),
         )
     assert result.time == 0.6
     assert table["a.u"][-1] == 3.0
@@ -126,9 +147,13 @@ def test_refusals_are_told_with_variable_steps_too(fmus, tmp_path):
     with load(write(tmp_path, system([component("a", "a.fmu", "u> x<")]))) as model:
         inputs = LiveInputs(model, ["a.u"])
         result = simulate(
-            model, stop_time=0.5, step_size=0.01, tolerance=1e-3, live=inputs,
-            progress=lambda _: inputs.offer("a.u", True),
-        )  # fmt: skip
+            model,
+            stop_time=0.5,
+            step_size=0.01,
+            algorithm=Algorithm(tolerance=1e-3),
+            inputs=Inputs(live=inputs),
+            observer=Observer(progress=lambda _: inputs.offer("a.u", True)),
+        )
     told = "refused, and left as it was: a.u cannot take True, which is no number"
     assert told in [event.text for event in result.events]
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import component, system, write
 
 from twip.cli import main
-from twip.cosim import CsvSink, McapLog, Table, load, read_log, simulate
+from twip.cosim import CsvSink, McapLog, Runtime, Table, load, read_log, simulate
 from twip.cosim.model.signals import Channel, Signal
 from twip.errors import TwipError
 
@@ -44,7 +45,7 @@ def test_a_log_refuses_times_before_the_run(folder, tmp_path, start, stop, step,
         ):
             options = {"start_time": start, "stop_time": stop, "step_size": step, "progress": progress.append}
             with pytest.raises(TwipError) as failure:
-                simulate(loaded, sinks=sinks, **options)
+                simulate(loaded, sinks=sinks, **grouped(**options))
             assert str(failure.value) == f"log {str(path)!r}: {said}"
             assert not progress
             assert path.read_bytes() == b"an earlier log"
@@ -55,7 +56,7 @@ def test_without_a_log_such_times_are_simulated(folder, tmp_path, stop, step, lo
     with load(one(folder)) as loaded:
         table = Table(loaded.channels)
         csv = CsvSink(tmp_path / "a.csv", loaded.channels)
-        result = simulate(loaded, stop_time=stop, step_size=step, sinks=[table, csv], loop=loop)
+        result = simulate(loaded, stop_time=stop, step_size=step, sinks=[table, csv], runtime=Runtime(loop=loop))
     assert result.time == table.times[-1] == stop
     assert len(set(table.times.tolist())) == round(stop / step) + 1
     assert len((tmp_path / "a.csv").read_text().splitlines()) == round(stop / step) + 2

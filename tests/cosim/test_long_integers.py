@@ -2,10 +2,11 @@
 
 import pytest
 from echo_fmu import compiled, echo3_description, pack
+from flat_options import grouped
 from fmpy import platform_tuple
 from ssp_writer import bind, component, connection, connectors, mapping, parameter_set, system, write
 
-from twip.cosim import check, load, simulate
+from twip.cosim import Inputs, Runtime, check, load, simulate
 from twip.errors import TwipError
 
 LONG = 2**53 + 1
@@ -50,7 +51,7 @@ def wrong(path, name="", text="", **options):
     if name:
         (path.parent / name).write_text(text)
     with pytest.raises(TwipError) as raised, load(path, **options.pop("load", {})) as model:
-        simulate(model, step_size=0.25, **options)
+        simulate(model, step_size=0.25, **grouped(**options))
     return str(raised.value).splitlines()
 
 
@@ -115,7 +116,7 @@ def test_a_mapping_on_a_connection_is_refused(place):
 @pytest.mark.parametrize("value", [LONG, str(LONG), f"{LONG}.0", "9.007199254740993e15"])
 def test_a_parameter_gets_every_digit(tuned, loop, value):
     with load(tuned, start_values={"a.in_Int64": value}) as model:
-        assert simulate(model, step_size=0.25, loop=loop)["a.low"].tolist() == [1] * 5
+        assert simulate(model, step_size=0.25, runtime=Runtime(loop=loop))["a.low"].tolist() == [1] * 5
 
 
 def test_a_parameter_set_gives_every_digit(tuned):
@@ -142,7 +143,9 @@ def test_a_change_of_a_parameter_keeps_every_digit(tuned, loop, written):
     text = f'[[parameters]]\ntime = 0.5\nname = "a.in_Int64"\nvalue = {written}\n'
     (tuned.parent / "s.toml").write_text(text)
     with load(tuned) as model:
-        result = simulate(model, step_size=0.25, loop=loop, scenario=tuned.parent / "s.toml")
+        result = simulate(
+            model, step_size=0.25, runtime=Runtime(loop=loop), inputs=Inputs(scenario=tuned.parent / "s.toml")
+        )
     assert result["a.low"].tolist() == [0, 0, 0, 1, 1]
 
 

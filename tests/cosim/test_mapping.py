@@ -1,9 +1,10 @@
 """Boolean, Integer and Enumeration values on connections: what becomes of them by the mapping transformations."""
 
 import pytest
+from flat_options import grouped
 from ssp_writer import component, connection, edit_fmu, enumerations, linear, mapping, system, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Algorithm, Checkpoints, Runtime, Table, check, load, simulate
 from twip.cosim.values.transformation import Mapping
 from twip.errors import TwipError
 
@@ -16,7 +17,7 @@ TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="1"/>'
 def run(path, coupling="gauss-seidel", **options):
     with load(path) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, coupling=coupling, **options)
+        simulate(loaded, sinks=[table], step_size=0.5, **grouped(coupling=coupling, **options))
     return table
 
 
@@ -107,7 +108,13 @@ def test_a_value_that_is_no_item_is_a_failure_at_its_time(folder, loop, items, e
     with load(write(folder, body)) as loaded:
         table = Table(loaded.channels)
         with pytest.raises(TwipError) as failure:
-            simulate(loaded, sinks=[table], step_size=0.5, coupling="gauss-seidel", loop=loop)
+            simulate(
+                loaded,
+                sinks=[table],
+                step_size=0.5,
+                algorithm=Algorithm(coupling="gauss-seidel"),
+                runtime=Runtime(loop=loop),
+            )
     value, time = (6, 1.0) if rows == 2 else (3, 0.5)
     assert str(failure.value) == (
         f"a.total → b.n failed at t = {time:g} s: {value} is no item of the enumeration, and not mapped"
@@ -118,7 +125,7 @@ def test_a_value_that_is_no_item_is_a_failure_at_its_time(folder, loop, items, e
 def test_a_value_that_is_no_item_at_the_start_is_a_failure_before_the_run(folder, loop):
     body = two(folder, None, {"n": {"three": 3}}, "total<", "n>", [connection("a.total -> b.n")])
     with load(write(folder, body)) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=0.5, loop=loop)
+        simulate(loaded, step_size=0.5, runtime=Runtime(loop=loop))
     assert str(failure.value) == "a.total → b.n failed at t = 0 s: 0 is no item of the enumeration, and not mapped"
 
 
@@ -132,12 +139,14 @@ def test_a_run_with_mappings_is_resumed_bit_for_bit_and_only_with_the_same_table
     file = folder / "c"
     path = with_table({3: -7, 6: 5})
     with load(path) as loaded:
-        simulate(loaded, stop_time=1.0, step_size=0.5, checkpoint=file, loop=loop)
-        resumed = simulate(loaded, stop_time=2.0, step_size=0.5, resume=file, loop=loop)
-        whole = simulate(loaded, stop_time=2.0, step_size=0.5, loop=loop)
+        simulate(loaded, stop_time=1.0, step_size=0.5, checkpoints=Checkpoints(file=file), runtime=Runtime(loop=loop))
+        resumed = simulate(
+            loaded, stop_time=2.0, step_size=0.5, checkpoints=Checkpoints(resume=file), runtime=Runtime(loop=loop)
+        )
+        whole = simulate(loaded, stop_time=2.0, step_size=0.5, runtime=Runtime(loop=loop))
     assert resumed.values == whole.values
     with load(with_table({3: -7, 6: 4})) as loaded, pytest.raises(TwipError, match=r"connection to b\.n differs"):
-        simulate(loaded, stop_time=2.0, step_size=0.5, resume=file, loop=loop)
+        simulate(loaded, stop_time=2.0, step_size=0.5, checkpoints=Checkpoints(resume=file), runtime=Runtime(loop=loop))
 
 
 def problems_of(folder, wire, **options):

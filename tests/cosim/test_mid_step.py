@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import algorithm, component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Algorithm, Table, check, load, simulate
 from twip.errors import TwipError
 
 RING = ("a.x -> minus.u", "minus.z -> b.u", "b.x -> a.u")
@@ -35,7 +36,7 @@ def pair(integrator, tmp_path):
 def run(path, **options):
     with load(path, start_values={"b.x_start": 1.0}) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], **options)
+        simulate(loaded, sinks=[table], **grouped(**options))
     return table
 
 
@@ -137,5 +138,5 @@ def test_an_input_of_the_file_that_cannot_be_taken_at_mid_step_is_named_with_its
 
 def test_all_such_inputs_of_the_caller_are_named_together(wrong):
     with load(wrong) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=0.1, mid_step=["g.u", *(name for name, _ in WRONG)])
+        simulate(loaded, step_size=0.1, algorithm=Algorithm(mid_step=["g.u", *(name for name, _ in WRONG)]))
     assert str(failure.value).splitlines() == [problem for _, problem in WRONG]

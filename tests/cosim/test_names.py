@@ -3,7 +3,7 @@
 import pytest
 from ssp_writer import a_and_b, bind, component, connection, line_of, system, write
 
-from twip.cosim import check, load, simulate
+from twip.cosim import Runtime, check, load, simulate
 
 GAIN, NAME = "CosimGain.fmu", 'name="time"'
 
@@ -18,5 +18,5 @@ def test_a_recorded_connector_called_time_is_refused(folder, ports, wire):
 def test_what_is_called_time_elsewhere_has_a_name_of_its_own(folder):
     inner = system([component("g", GAIN, "u> y<")], [connection("g.y -> time")], "time<", name="in")
     path = write(folder, system([inner], ports="time*", inside=bind({"time": ("Real", 2.0)})))
-    table = simulate(load(path), stop_time=1.0, step_size=0.5, loop="python").to_numpy()
+    table = simulate(load(path), stop_time=1.0, step_size=0.5, runtime=Runtime(loop="python")).to_numpy()
     assert [name for name in table.dtype.names if "time" in name] == ["time", "in.time"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ssp_writer import component, connection, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Checkpoints, Inputs, Runtime, Table, load, simulate
 from twip.cosim.coupling.compiled_loop import CompiledLoop
 from twip.cosim.fmus.component import Instance
 from twip.cosim.fmus.native import NOT_NATIVE
@@ -47,7 +47,14 @@ def run(folder, loop, start_values=None, divisor=None):
     with load(folder / "SystemStructure.ssd", start_values=start_values or {}) as loaded:
         table = Table(loaded.channels)
         try:
-            simulate(loaded, stop_time=1.0, step_size=0.01, loop=loop, sinks=[table], input_file=inputs)
+            simulate(
+                loaded,
+                stop_time=1.0,
+                step_size=0.01,
+                runtime=Runtime(loop=loop),
+                sinks=[table],
+                inputs=Inputs(file=inputs),
+            )
             told = ""
         except TwipError as failure:
             told = str(failure)
@@ -106,5 +113,11 @@ def test_both_loops_leave_the_blocks_in_the_same_state(blocks, tmp_path):
     for loop in ("compiled", "python"):
         files.append(tmp_path / loop)
         with load(blocks / "SystemStructure.ssd") as loaded:
-            simulate(loaded, stop_time=0.5, step_size=0.01, loop=loop, checkpoint=files[-1])
+            simulate(
+                loaded,
+                stop_time=0.5,
+                step_size=0.01,
+                runtime=Runtime(loop=loop),
+                checkpoints=Checkpoints(file=files[-1]),
+            )
     assert files[0].read_bytes() == files[1].read_bytes()

@@ -4,9 +4,10 @@
 """
 
 import pytest
+from flat_options import grouped
 from ssp_writer import component, connection, edit_fmu, linear, system, units, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Runtime, Table, check, load, simulate
 from twip.errors import TwipError
 
 STEP = 0.125
@@ -19,7 +20,7 @@ def run(path, start_values=None, **options):
     with load(path, start_values={"i.u": 8.0, **(start_values or {})}) as loaded:
         table = Table(loaded.channels)
         with pytest.raises(TwipError) as failure:
-            simulate(loaded, sinks=[table], **{"step_size": STEP, **options})
+            simulate(loaded, sinks=[table], **grouped(**{"step_size": STEP, **options}))
     return table.times.tolist(), str(failure.value)
 
 
@@ -105,7 +106,7 @@ def test_a_connector_that_nobody_drives_shows_a_number(folder, loop):
     wires += [connection("v -> g.u", linear(2)), connection("w -> h.u", linear(1e-309))]
     parts = [HELD, component("g", "CosimGain.fmu", "u>"), component("h", "CosimGain.fmu", "u>")]
     with load(write(folder, system(parts, wires, "u> v> w>"))) as loaded:
-        result = simulate(loaded, step_size=0.5, loop=loop)
+        result = simulate(loaded, step_size=0.5, runtime=Runtime(loop=loop))
     assert [result[name].tolist() for name in ("u", "v", "w")] == [[0.0] * 3, [0.25] * 3, [0.0] * 3]
     assert result["m.held"].tolist() == [0.25] * 3
     assert (result["m.smooth"][-1], result["g.u"][-1], result["h.u"][-1]) == (1.0, 0.5, 0.5)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import algorithm, component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Algorithm, Table, check, load, simulate
 from twip.errors import TwipError
 
 ALL = ["a.u", "b.u"]
@@ -22,7 +23,7 @@ def pair(fmus, tmp_path):
 def run(path, **options):
     with load(path, start_values={"b.x_start": 1.0}) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], **options)
+        simulate(loaded, sinks=[table], **grouped(**options))
     return table
 
 
@@ -95,7 +96,7 @@ def test_a_checkpoint_between_own_steps_continues_bit_for_bit(pair, loop, stop):
             raise KeyboardInterrupt
 
     with load(pair, start_values={"b.x_start": 1.0}) as loaded, pytest.raises(KeyboardInterrupt):
-        simulate(loaded, progress=progress, checkpoint=file, checkpoint_every=stop, **given)
+        simulate(loaded, **grouped(progress=progress, checkpoint=file, checkpoint_every=stop, **given))
     rest = run(pair, resume=file, **given)
     begin = round(rest.times[0] / 0.01)
     assert begin == round(stop / 0.01)
@@ -112,7 +113,7 @@ def test_own_steps_that_cannot_be_are_refused_together(pair):
             ({"a": 0.001}, "own step 0.001 s of a is not a whole multiple of the step 0.01 s"),
         ]:
             with pytest.raises(TwipError) as failure:
-                simulate(loaded, step_size=0.01, own_steps=own)
+                simulate(loaded, step_size=0.01, algorithm=Algorithm(own_steps=own))
             assert str(failure.value) == problem
 
 
@@ -141,7 +142,7 @@ def test_an_order_by_hand_wins(pair, loop):
 )
 def test_an_order_that_is_none_is_refused(pair, order, problems):
     with load(pair) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, step_size=0.1, coupling="gauss-seidel", order=order)
+        simulate(loaded, step_size=0.1, algorithm=Algorithm(coupling="gauss-seidel", order=order))
     assert str(failure.value).splitlines() == problems
 
 
@@ -150,7 +151,7 @@ def test_an_order_needs_gauss_seidel(pair):
         load(pair) as loaded,
         pytest.raises(TwipError, match="under gauss-seidel only, not under jacobi"),
     ):
-        simulate(loaded, step_size=0.1, order=["a", "b"])
+        simulate(loaded, step_size=0.1, algorithm=Algorithm(order=["a", "b"]))
 
 
 def proposing(path, **proposal):

@@ -8,7 +8,7 @@ import time
 import pytest
 from ssp_writer import component, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Runtime, Table, load, simulate
 from twip.cosim.run.interrupt_flag import InterruptFlag
 from twip.cosim.run.pace import Pacer, RealTime
 from twip.errors import TwipError
@@ -63,7 +63,7 @@ def test_a_wait_ends_with_an_interrupt():
 @pytest.mark.parametrize("factor", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_bad_factor_is_refused(path, factor):
     with load(path) as loaded, pytest.raises(TwipError, match=r"real-time factor .* must be a positive number"):
-        simulate(loaded, step_size=0.1, real_time=factor)
+        simulate(loaded, step_size=0.1, runtime=Runtime(real_time=factor))
 
 
 def test_pacing_takes_its_time_and_changes_no_result(path, loop):
@@ -72,7 +72,9 @@ def test_pacing_takes_its_time_and_changes_no_result(path, loop):
         with load(path) as loaded:
             table = Table(loaded.channels)
             begin = time.perf_counter()
-            result = simulate(loaded, step_size=0.01, stop_time=1.0, sinks=[table], loop=loop, real_time=factor)
+            result = simulate(
+                loaded, step_size=0.01, stop_time=1.0, sinks=[table], runtime=Runtime(loop=loop, real_time=factor)
+            )
             elapsed = time.perf_counter() - begin
         tables.append(table.values.tobytes())
     assert tables[0] == tables[1]
@@ -87,10 +89,10 @@ def test_missed_deadlines_are_counted(folder, loop):
     # each step sleeps 10 ms and is to take 1 ms: the end comes at least 90 ms late, the first at least 9 ms
     path = write(folder, system([component("f", "CosimFaulty.fmu")]))
     with load(path, start_values={"f.fault": "slow"}) as loaded:
-        result = simulate(loaded, step_size=0.01, stop_time=0.1, loop=loop, real_time=10.0)
+        result = simulate(loaded, step_size=0.01, stop_time=0.1, runtime=Runtime(loop=loop, real_time=10.0))
     assert result.real_time.deadlines == result.real_time.missed == 1
     with load(path, start_values={"f.fault": "slow"}) as loaded:
-        result = simulate(loaded, step_size=0.01, stop_time=0.1, loop=loop, real_time=2.0)
+        result = simulate(loaded, step_size=0.01, stop_time=0.1, runtime=Runtime(loop=loop, real_time=2.0))
     assert result.real_time.deadlines == result.real_time.missed == 5
     assert result.real_time.worst_lateness >= 0.05
 
@@ -99,9 +101,9 @@ def test_an_interrupt_ends_the_wait_for_a_long_step(path, loop):
     # one step is 50 s of wall time
     timer = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
     with load(path) as loaded:
-        simulate(loaded, step_size=0.1, loop=loop)  # compiled, unpacked
+        simulate(loaded, step_size=0.1, runtime=Runtime(loop=loop))  # compiled, unpacked
         timer.start()
         begin = time.perf_counter()
-        result = simulate(loaded, step_size=0.5, stop_time=1.0, loop=loop, real_time=0.01)
+        result = simulate(loaded, step_size=0.5, stop_time=1.0, runtime=Runtime(loop=loop, real_time=0.01))
     assert result.interrupted
     assert time.perf_counter() - begin < 2.5

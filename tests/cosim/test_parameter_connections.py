@@ -3,7 +3,7 @@
 import pytest
 from ssp_writer import a_and_b, bind, component, connection, line_of, linear, system, write
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Runtime, Table, check, load, simulate
 
 GAIN = "CosimGain.fmu"
 
@@ -46,7 +46,7 @@ def test_a_connection_wins_wherever_the_binding_stands(folder, of_component, of_
     assert warnings == [f"a.k = 5 is overridden by the connection p → a.k ({place})"]
     with load(path, start_values={"a.u": 1.0}) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, loop=loop)
+        simulate(loaded, sinks=[table], step_size=0.5, runtime=Runtime(loop=loop))
     assert table["a.y"].tolist() == [6.0] * 3
 
 

@@ -19,7 +19,7 @@ from ssp_writer import (
     write,
 )
 
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Runtime, Table, check, load, simulate
 
 GAIN, MIXED = "CosimGain.fmu", "CosimMixed.fmu"
 UNITS = f"rad rad=1; deg rad=1 factor={math.pi / 180!r}; K K=1; degC K=1 offset=273.15"
@@ -46,7 +46,7 @@ def test_a_mapping_applies_only_what_it_names_by_the_name_it_gives(folder, loop)
     assert started(path) == ({"g.k": 3.0, "g.u": 3.0}, ["the parameter set has no missing to map"])
     with load(path) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, loop=loop)
+        simulate(loaded, sinks=[table], step_size=0.5, runtime=Runtime(loop=loop))
     assert table["g.y"].tolist() == [9.0] * 3
 
 

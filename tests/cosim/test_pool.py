@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import bind, component, connection, system, write
 
-from twip.cosim import InstancePool, Table, load, simulate
+from twip.cosim import InstancePool, Runtime, Table, load, simulate
 from twip.cosim.fmus.component import Instance
 from twip.errors import TwipError
 
@@ -36,7 +37,7 @@ def created(monkeypatch):
 
 def rows(loaded, pool=None, **options):
     table = Table(loaded.channels)
-    simulate(loaded, step_size=0.125, sinks=[table], pool=pool, **options)
+    simulate(loaded, step_size=0.125, sinks=[table], **grouped(pool=pool, **options))
     return table.values
 
 
@@ -67,7 +68,7 @@ def test_messages_belong_to_the_run_in_which_they_were_said(path):
     with load(path, start_values={"f.fault": "chatter", "f.fault_time": 0.75}) as loaded, InstancePool() as pool:
         for _ in range(2):
             table = Table(loaded.channels)
-            simulate(loaded, step_size=0.125, sinks=[table], pool=pool)
+            simulate(loaded, step_size=0.125, sinks=[table], runtime=Runtime(pool=pool))
             told = [(m.time, m.source, m.level) for m in table.events]
             assert told == [(t, "f", level) for t in (0.75, 0.875) for level in ("info", "warning")]
 

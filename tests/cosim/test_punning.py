@@ -4,7 +4,7 @@ from mcap.reader import make_reader
 from ssp_writer import bind, component, connection, line_of, parameter_set, system, write
 
 from twip.cli import main
-from twip.cosim import check, load, simulate
+from twip.cosim import Runtime, check, load, simulate
 
 GAIN = "CosimGain.fmu"
 
@@ -29,7 +29,7 @@ def test_a_value_for_the_common_name_reaches_both(folder, loop):
         "B.C is the name of two elements, this one has B.C_2 in results"
         f" (SystemStructure.ssd line {line_of(path, 'Component name=')})",
     )
-    result = simulate(load(path, start_values={"B.C_2.u": 2.0}), step_size=0.5, loop=loop)
+    result = simulate(load(path, start_values={"B.C_2.u": 2.0}), step_size=0.5, runtime=Runtime(loop=loop))
     # the element of B is B.C_2: y = 3 * 2, then the other one: 3 * 6
     assert [result[name][-1] for name in ("B.C_2.y", "B.C.u", "B.C.y", "y")] == [6.0, 6.0, 18.0, 18.0]
 

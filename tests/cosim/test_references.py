@@ -4,10 +4,11 @@ import math
 import shutil
 
 import pytest
+from flat_options import grouped
 from ssp_writer import bind, component, connection, pack, parameter_set, system, units, write
 
 from twip.cli import main
-from twip.cosim import Table, check, load, simulate
+from twip.cosim import Runtime, Table, check, load, simulate
 from twip.errors import TwipError
 
 GAIN = "CosimGain.fmu"
@@ -51,7 +52,7 @@ def outer(folder, *elements):
 def last(path, **options):
     with load(path, start_values={"x": 2.0}) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], step_size=0.5, **options)
+        simulate(loaded, sinks=[table], step_size=0.5, **grouped(**options))
     return {name: table[name][-1] for name in table.columns}
 
 
@@ -244,7 +245,7 @@ def test_units_with_offsets_on_the_way_into_a_system(folder, loop):
     body = system([inner], [connection("x -> inner.v")], "x>[degF]")
     path = write(folder, body, tail=units(text) + '<ssd:DefaultExperiment stopTime="1"/>')
     with load(path, start_values={"x": 212.0}) as loaded:
-        values = simulate(loaded, step_size=0.5, loop=loop).values
+        values = simulate(loaded, step_size=0.5, runtime=Runtime(loop=loop)).values
     assert values["inner.v"] == pytest.approx(373.15, rel=1e-15)
     # 100 degC is the difference of two numbers near 373: 4 roundings of these
     assert values["inner.g.u"] == pytest.approx(100.0, abs=4 * math.ulp(373.15))

@@ -5,11 +5,12 @@ import zipfile
 import fmpy
 import numpy as np
 import pytest
+from flat_options import grouped
 from fmpy.validation import validate_fmu
 from ssp_writer import component, connection, system, write
 
 from twip.cli import main
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Table, load, simulate
 from twip.cosim.log.playback import read
 from twip.cosim.sinks.mcap_log import McapLog
 from twip.errors import TwipError
@@ -23,7 +24,7 @@ TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="1"/>'
 def recorded(ssd, path, **options):
     """Run a system and log it."""
     with load(ssd) as loaded:
-        simulate(loaded, sinks=[McapLog(path, loaded.channels, loaded.provenance())], **options)
+        simulate(loaded, sinks=[McapLog(path, loaded.channels, loaded.provenance())], **grouped(**options))
     return path
 
 
@@ -31,7 +32,7 @@ def table_of(ssd, **options):
     """Run a system and return its table."""
     with load(ssd) as loaded:
         table = Table(loaded.channels)
-        simulate(loaded, sinks=[table], **options)
+        simulate(loaded, sinks=[table], **grouped(**options))
     return table
 
 
@@ -148,7 +149,7 @@ def test_the_estimator_estimates_the_same_from_recorded_sensors(built, tmp_path)
     )  # fmt: skip
     with load(ssd, start_values=start) as played:
         table = Table(played.channels)
-        simulate(played, stop_time=1.3, step_size=0.001, coupling="gauss-seidel", sinks=[table])
+        simulate(played, stop_time=1.3, step_size=0.001, algorithm=Algorithm(coupling="gauss-seidel"), sinks=[table])
     names = [n for n in played.columns if n.startswith("estimator.")]
     assert len(names) > 10
     for name in names:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ssp_writer import component, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Runtime, Table, load, simulate
 from twip.errors import TwipError
 
 
@@ -14,7 +14,7 @@ def path(folder):
 
 
 def test_a_run_without_sinks_keeps_its_rows(path, loop):
-    result = simulate(load(path, start_values={"m.n": 2}), step_size=0.25, loop=loop)
+    result = simulate(load(path, start_values={"m.n": 2}), step_size=0.25, runtime=Runtime(loop=loop))
     assert result.times.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert result["m.total"].tolist() == [0.0, 2.0, 4.0, 6.0, 8.0]
     array = result.to_numpy()

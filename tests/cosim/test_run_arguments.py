@@ -1,9 +1,10 @@
 """Arguments of a run: what cannot be is refused; what is not given comes from the file and the FMUs."""
 
 import pytest
+from flat_options import grouped
 from ssp_writer import component, edit_fmu, proposing, system, write
 
-from twip.cosim import load, simulate
+from twip.cosim import Algorithm, load, simulate
 from twip.errors import TwipError
 
 GAIN = "CosimGain.fmu"
@@ -31,7 +32,7 @@ GAIN = "CosimGain.fmu"
 )
 def test_arguments_of_a_run_that_cannot_be(folder, options, message):
     with load(write(folder, system([component("a", GAIN)]))) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, **options)
+        simulate(loaded, **grouped(**options))
     assert str(failure.value) == message
 
 
@@ -41,7 +42,7 @@ def test_step_and_coupling_come_from_the_annotation_then_from_the_fmus(folder):
     with load(write(folder, system([component("a", stepped)]), tail=tail)) as loaded:
         result = simulate(loaded)
         assert (result.step_size, result.coupling) == (0.25, "gauss-seidel")
-        result = simulate(loaded, step_size=0.5, coupling="jacobi", stop_time=2)
+        result = simulate(loaded, step_size=0.5, algorithm=Algorithm(coupling="jacobi"), stop_time=2)
         assert (result.steps, result.coupling) == (4, "jacobi")
     with load(write(folder, system([component("a", stepped)]))) as loaded:
         result = simulate(loaded)

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from scenario_system import DEPENDS, EVERYTHING, STEP, fault, run, wired
 from ssp_writer import component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Inputs, Table, load, simulate
 from twip.cosim.coupling.coupling import Coupling
 from twip.cosim.coupling.scheduling import make_schedule
 from twip.cosim.scenario.failing import Faults
@@ -196,10 +197,10 @@ def test_a_connector_without_time_series_carries_nothing_that_could_fail(folder)
     with load(path) as loaded:
         (folder / "s.toml").write_text(fault("bias", "drive", value=1))
         with pytest.raises(TwipError, match="no time series drives drive, its connections carry nothing"):
-            simulate(loaded, step_size=STEP, scenario=folder / "s.toml")
+            simulate(loaded, step_size=STEP, inputs=Inputs(scenario=folder / "s.toml"))
         (folder / "s.toml").write_text("[inputs]\ndrive = [[0, 2]]\n" + fault("bias", "drive", value=1, start=0.5))
         table = Table(loaded.channels)
-        simulate(loaded, step_size=STEP, sinks=[table], scenario=folder / "s.toml")
+        simulate(loaded, step_size=STEP, sinks=[table], inputs=Inputs(scenario=folder / "s.toml"))
     assert table["a.x"][-1] == 0.5 * 2.0 + 0.5 * 3.0
 
 
@@ -210,13 +211,13 @@ def test_a_loop_with_a_fault_is_solved(fmus, tmp_path):
     wires = [connection("b.y -> a.u", linear(factor=0.125)), connection("a.y -> b.u", linear(factor=0.125, offset=1))]
     (tmp_path / "s.toml").write_text(fault("bias", "a.u", value=3, start=0.5))
     options = {"step_size": 0.25, "coupling": "iterated", "scenario": tmp_path / "s.toml"}
-    result = simulate(load(write(tmp_path, system(parts, wires))), **options)
+    result = simulate(load(write(tmp_path, system(parts, wires))), **grouped(**options))
     expected = np.array([2.0, 2.0, 2.0, 3.5, 3.5]) / 0.9375
     np.testing.assert_allclose(result["b.y"], expected, rtol=1e-8)  # the iteration's tolerance
     wires[0] = connection("b.y -> a.u", linear(factor=3))
     (tmp_path / "s.toml").write_text(fault("noise", "a.u", deviation=3, start=0.5))
     with pytest.raises(TwipError, match="does not converge"):
-        simulate(load(write(tmp_path, system(parts, wires))), **options, options={"maximum_iterations": 1})
+        simulate(load(write(tmp_path, system(parts, wires))), **grouped(**options, options={"maximum_iterations": 1}))
 
 
 def test_components_with_steps_of_their_own_take_faults_at_their_turn(path):
@@ -239,10 +240,10 @@ def test_an_input_behind_a_connector_without_time_series_cannot_fail(folder):
         with pytest.raises(
             TwipError, match=r"^faults\[0\]: no time series drives cmd, its connection to a.u carries no"
         ):
-            simulate(loaded, step_size=STEP, scenario=folder / "s.toml")
+            simulate(loaded, step_size=STEP, inputs=Inputs(scenario=folder / "s.toml"))
         (folder / "s.toml").write_text("[inputs]\ncmd = [[0, 2]]\n" + fault("bias", "a.u", value=1))
         table = Table(loaded.channels)
-        simulate(loaded, step_size=STEP, sinks=[table], scenario=folder / "s.toml")
+        simulate(loaded, step_size=STEP, sinks=[table], inputs=Inputs(scenario=folder / "s.toml"))
         assert table["a.u"][-1] == 3.0
         target = loaded.columns.index("a.u")
         value = {"value": Amount(1.0, "1.0")}

@@ -5,7 +5,7 @@ import random
 import pytest
 from scenario_system import EVERYTHING, STEP, fault, run, wired
 
-from twip.cosim import load, simulate
+from twip.cosim import Checkpoints, Inputs, load, simulate
 from twip.errors import TwipError
 
 
@@ -135,7 +135,13 @@ def test_mutated_files_end_without_a_traceback(path):
             mutated = text[:at] + chance.choice(pieces) + text[at + chance.randrange(4) :]
             (path.parent / "s.toml").write_text(mutated, encoding="utf-8")
             try:
-                simulate(loaded, step_size=STEP, stop_time=4.0, scenario=path.parent / "s.toml", checkpoint_every=1.0)
+                simulate(
+                    loaded,
+                    step_size=STEP,
+                    stop_time=4.0,
+                    inputs=Inputs(scenario=path.parent / "s.toml"),
+                    checkpoints=Checkpoints(every=1.0),
+                )
             except TwipError as failure:  # without a file for the checkpoint no mutant is run
                 refused += "a checkpoint interval needs a file" not in str(failure)
     assert refused > 500

@@ -4,6 +4,7 @@ enumerations by name and number.
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import component, connection, edit_fmu, enumerations, linear, system, units, write
 
 from twip.cosim import load, simulate
@@ -54,7 +55,7 @@ def run(path, text="", csv=None, **options):
         options["input_file"] = path.parent / "i.csv"
     given = {"step_size": STEP, "loop": "python", "scenario": path.parent / "s.toml", **options}
     with load(path, start_values={"e.n": 0, "p.n": 0, "m.n": 0}) as loaded:
-        return simulate(loaded, **given)
+        return simulate(loaded, **grouped(**given))
 
 
 def stuck(signal, value):
@@ -151,7 +152,7 @@ def mixed(folder, wires, ports="u>"):
 def driven(path, rows, loop, **options):
     (path.parent / "i.csv").write_text(f"time,u\n{rows}", encoding="utf-8")
     with load(path) as loaded:
-        return simulate(loaded, step_size=STEP, input_file=path.parent / "i.csv", loop=loop, **options)
+        return simulate(loaded, step_size=STEP, **grouped(input_file=path.parent / "i.csv", loop=loop, **options))
 
 
 LINE = [0.0, 0.0, 1.0, 2.0, 3.0]

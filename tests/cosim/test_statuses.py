@@ -2,6 +2,7 @@
 
 import pytest
 from c_fmu import chain, demand
+from flat_options import grouped
 
 from twip.cosim import Table, load, simulate
 from twip.errors import TwipError
@@ -27,7 +28,7 @@ def run(folder, where, what, at=0.0, way="python"):
         table, failure = Table(loaded.channels), ""
         options = {"isolate": True} if way == "isolated" else {"loop": way}
         try:
-            simulate(loaded, sinks=[table], step_size=0.1, coupling="gauss-seidel", **options)
+            simulate(loaded, sinks=[table], step_size=0.1, **grouped(coupling="gauss-seidel", **options))
         except TwipError as error:
             failure = str(error)
     assert table.closed
@@ -52,7 +53,7 @@ def test_a_discarded_step_by_which_the_fmu_wants_to_end_ends_the_run(faulty_fold
     with load(chain(faulty_folder), start_values=demand("step", "end", 0.5)) as loaded:
         table = Table(loaded.channels)
         options = {"isolate": True} if way == "isolated" else {"loop": way}
-        result = simulate(loaded, sinks=[table], step_size=0.1, coupling="gauss-seidel", **options)
+        result = simulate(loaded, sinks=[table], step_size=0.1, **grouped(coupling="gauss-seidel", **options))
     said = "bad asked to end the simulation, at t = 0.525 s, in the step from t = 0.5 s"
     assert (result.ended, result.time, result.steps) == (said, 0.5, 5)
     assert table.times.tolist() == [k * 0.1 for k in range(6)]

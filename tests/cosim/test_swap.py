@@ -8,7 +8,7 @@ import pytest
 from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
 
 from twip.cli import main
-from twip.cosim import check, load, simulate
+from twip.cosim import Algorithm, Runtime, check, load, simulate
 from twip.errors import TwipError
 
 STEP = 1 / 8
@@ -39,7 +39,10 @@ def path(folder):
 
 def run(path, loop="python", **options):
     return simulate(
-        load(path, start_values={"a.u": 1.0}, **options), step_size=STEP, coupling="gauss-seidel", loop=loop
+        load(path, start_values={"a.u": 1.0}, **options),
+        step_size=STEP,
+        algorithm=Algorithm(coupling="gauss-seidel"),
+        runtime=Runtime(loop=loop),
     )
 
 
@@ -65,7 +68,7 @@ def test_names_come_from_a_map(path, folder, loop):
     (folder / "map.toml").write_text('[names]\nu = "angle"\ny = "torque"\nk = "slope"\n')
     before = run(path, loop)
     loaded = load(path, start_values={"a.u": 1.0}, swap={"g": new}, swap_map={"g": folder / "map.toml"})
-    after = simulate(loaded, step_size=STEP, coupling="gauss-seidel", loop=loop)
+    after = simulate(loaded, step_size=STEP, algorithm=Algorithm(coupling="gauss-seidel"), runtime=Runtime(loop=loop))
     assert after.to_numpy().tolist() == before.to_numpy().tolist()
     assert loaded.provenance()["swap g"] == {
         "fmu": str(new),

@@ -8,7 +8,7 @@ import pytest
 from echo_fmu import compiled, echo3_description, pack
 from ssp_writer import bind, component, connection, edit_fmu, line_of, system, write
 
-from twip.cosim import check, load, simulate
+from twip.cosim import Runtime, check, load, simulate
 
 B = '<ssd:Component name="b"'
 OLD, NEW = {"off": 0, "on": 1, "fast": 2}, {"on": 0, "off": 1}
@@ -32,7 +32,7 @@ def two(folder, source, output, input_, *sizes):
 
 
 def last(path, **options):
-    return simulate(load(path, **options), step_size=0.5, loop="python").values
+    return simulate(load(path, **options), step_size=0.5, runtime=Runtime(loop="python")).values
 
 
 @pytest.mark.parametrize("sizes", [(3,), (None,)])

@@ -4,7 +4,7 @@ import pytest
 from ssp_writer import GAIN, algorithm, bind, component, connection, line_of, parameter_set, system, write
 
 from twip.cli import main
-from twip.cosim import check, load, simulate
+from twip.cosim import Algorithm, Inputs, check, load, simulate
 from twip.errors import TwipError
 
 RULE = "must be a finite Real number"
@@ -120,9 +120,13 @@ def test_times_are_told_with_coupling_and_scenario(folder):
     (folder / "u.csv").write_text("time,a.u\n0,x\n")
     with load(path) as model, pytest.raises(TwipError) as raised:
         simulate(
-            model, start_time=1.0, stop_time=float("nan"), step_size=-1.0, mid_step=["a.w"],
-            scenario=folder / "s.toml", input_file=folder / "u.csv",
-        )  # fmt: skip
+            model,
+            start_time=1.0,
+            stop_time=float("nan"),
+            step_size=-1.0,
+            algorithm=Algorithm(mid_step=["a.w"]),
+            inputs=Inputs(scenario=folder / "s.toml", file=folder / "u.csv"),
+        )
     assert [line.partition(" (")[0] for line in str(raised.value).splitlines()] == [
         "stop time nan s must be later than start time 1.0 s",
         "step size -1.0 s must be a positive number",

@@ -5,9 +5,10 @@ import zipfile
 
 import numpy as np
 import pytest
+from flat_options import grouped
 from ssp_writer import algorithm, bind, component, connection, edit_fmu, linear, system, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Algorithm, Runtime, Table, load, simulate
 from twip.errors import TwipError
 
 TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="1"/>'
@@ -34,7 +35,7 @@ def reals(**values):
 def run(path, **options):
     with load(path) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], **{"step_size": 0.01, **options})
+        result = simulate(loaded, sinks=[table], **grouped(**{"step_size": 0.01, **options}))
     return table, result
 
 
@@ -204,7 +205,7 @@ def test_a_tolerance_that_cannot_be_kept_is_a_failure_with_the_rows_before_it(pa
     with load(oscillator(parts)) as loaded:
         table = Table(loaded.channels)
         with pytest.raises(TwipError) as failure:
-            simulate(loaded, sinks=[table], step_size=0.01, tolerance=1e-9, minimum_step=0.005)
+            simulate(loaded, sinks=[table], step_size=0.01, algorithm=Algorithm(tolerance=1e-9, minimum_step=0.005))
     assert str(failure.value).startswith(
         "the step from t = 0 s cannot keep the tolerance 1e-09: with the smallest step, 0.005 s, the error is "
     )
@@ -217,7 +218,7 @@ def test_an_fmu_that_fails_for_good_ends_the_run_with_the_rows_before_it(parts):
     with load(write(parts, system([bad, clock], [connection("c.x -> a.u")]))) as loaded:
         table = Table(loaded.channels)
         with pytest.raises(TwipError, match="a failed at t = "):
-            simulate(loaded, sinks=[table], step_size=0.125, tolerance=2.0, maximum_step=0.125)
+            simulate(loaded, sinks=[table], step_size=0.125, algorithm=Algorithm(tolerance=2.0, maximum_step=0.125))
     assert 0.3 < table.times[-1] <= 0.5
 
 
@@ -257,13 +258,13 @@ def test_outputs_that_follow_inputs_at_once_do_not_count(parts):
 )
 def test_what_does_not_go_together_is_refused(parts, options, problem):
     with load(oscillator(parts)) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, **{"tolerance": 1e-3, "step_size": 0.01, **options})
+        simulate(loaded, **grouped(**{"tolerance": 1e-3, "step_size": 0.01, **options}))
     assert str(failure.value).startswith(problem)
 
 
 def test_fmus_that_cannot_save_their_state_are_named_before_the_run(parts):
     with load(oscillator(parts, b="stateless.fmu")) as loaded, pytest.raises(TwipError) as failure:
-        simulate(loaded, tolerance=1e-3, step_size=0.01)
+        simulate(loaded, algorithm=Algorithm(tolerance=1e-3), step_size=0.01)
     assert str(failure.value) == (
         "b: FMU stateless.fmu cannot save its state (canGetAndSetFMUstate), which variable steps need"
     )
@@ -282,8 +283,8 @@ def test_fmus_whose_steps_must_be_equal_are_named_before_the_run(parts):
                 archive.writestr(name, content)
         with load(oscillator(parts, b="equal.fmu")) as loaded:
             with pytest.raises(TwipError) as failure:
-                simulate(loaded, tolerance=1e-3, step_size=0.01)
-            assert simulate(loaded, step_size=0.5, loop="python").steps == 2
+                simulate(loaded, algorithm=Algorithm(tolerance=1e-3), step_size=0.01)
+            assert simulate(loaded, step_size=0.5, runtime=Runtime(loop="python")).steps == 2
         assert str(failure.value) == (
             "b: FMU equal.fmu does not take steps of different sizes (canHandleVariableCommunicationStepSize),"
             " which variable steps need"

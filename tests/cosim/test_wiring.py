@@ -3,9 +3,10 @@
 import math
 
 import pytest
+from flat_options import grouped
 from ssp_writer import bind, component, connection, edit_fmu, linear, parameter_set, system, units, write
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Runtime, Table, load, simulate
 
 UNITS = f"rad rad=1; deg rad=1 factor={math.pi / 180!r}; K K=1; degC K=1 offset=273.15; m m=1"
 GAIN = "CosimGain.fmu"
@@ -14,7 +15,7 @@ GAIN = "CosimGain.fmu"
 def run(path, loading=None, **options):
     with load(path, **(loading or {})) as loaded:
         table = Table(loaded.channels)
-        result = simulate(loaded, sinks=[table], step_size=0.5, **options)
+        result = simulate(loaded, sinks=[table], step_size=0.5, **grouped(**options))
     return table, result
 
 
@@ -215,7 +216,7 @@ def test_two_instances_of_one_fmu_and_a_swapped_one(folder):
 
 def test_a_system_runs_again_with_the_same_result(folder, loop):
     with load(nested(folder), start_values={"x": 3}) as loaded:
-        first, second = (simulate(loaded, step_size=0.25, loop=loop) for _ in range(2))
+        first, second = (simulate(loaded, step_size=0.25, runtime=Runtime(loop=loop)) for _ in range(2))
     assert first.values == second.values
     assert first.steps == second.steps == 4
 

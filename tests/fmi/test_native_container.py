@@ -13,6 +13,7 @@ import fmpy
 import fmpy.validation
 import numpy as np
 import pytest
+from flat_options import grouped
 from fmi_host import DISCARD, ERROR, OK
 
 from twip.cli import main
@@ -62,7 +63,7 @@ def rows(ssp, values, duration, loop="python", **options):
     """Run a system and return its table."""
     with load(ssp, start_values=values) as system:
         table = Table(system.channels)
-        simulate(system, stop_time=duration, loop=loop, sinks=[table], **options)
+        simulate(system, stop_time=duration, sinks=[table], **grouped(loop=loop, **options))
         return {name: table[name] for name in system.columns}
 
 

@@ -17,7 +17,7 @@ PATIENCE = 20.0
 NO_ROWS = np.zeros(0), np.zeros((0, 0))
 
 
-class Inputs(dict):
+class PlainInputs(dict):
     """Stands for `LiveInputs`: names and values."""
 
     @property

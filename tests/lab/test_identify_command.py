@@ -11,7 +11,7 @@ import pytest
 from identification_motor import Motor
 
 from twip.cli import parser
-from twip.cosim import load, simulate
+from twip.cosim import Observer, Runtime, load, simulate
 from twip.cosim.log.playback import read
 from twip.errors import TwipError
 from twip.lab.identification import experiments
@@ -152,7 +152,8 @@ def test_the_documentation_names_every_option():
 
 def test_ctrl_c_within_an_experiment_ends_the_campaign(built, tmp_path, monkeypatch):
     def interrupted(system, **options):
-        return simulate(system, **options, loop="python", progress=lambda _: signal.raise_signal(signal.SIGINT))
+        stopping = Observer(progress=lambda _: signal.raise_signal(signal.SIGINT))
+        return simulate(system, **{**options, "runtime": Runtime(loop="python"), "observer": stopping})
 
     monkeypatch.setattr(experiments, "simulate", interrupted)
     bench = Bench(built / "ssp" / "bench.ssp", motor_values("left"))

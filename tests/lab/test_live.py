@@ -16,11 +16,11 @@ from types import SimpleNamespace
 
 import pytest
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
-from live_client import Client, Inputs, robot_view
+from live_client import Client, PlainInputs, robot_view
 
 from twip.cli import main
 from twip.commands.parts.keyboard import keys, split
-from twip.cosim import Table, load, simulate
+from twip.cosim import Inputs, Runtime, Table, load, simulate
 from twip.cosim.scenario.live_inputs import LiveInputs
 from twip.errors import TwipError
 from twip.lab.live import LiveView
@@ -58,7 +58,7 @@ def test_a_viewer_sets_what_an_input_takes_and_hears_of_the_rest(built):
 def test_a_key_beyond_the_bounds_changes_nothing():
     said = []
 
-    class Narrow(Inputs):
+    class Narrow(PlainInputs):
         def offer(self, name, value):
             return abs(value) < 0.07 and super().offer(name, value)
 
@@ -69,7 +69,7 @@ def test_a_key_beyond_the_bounds_changes_nothing():
 
 
 def test_keys_steer_within_limits():
-    inputs, said = Inputs({SPEED: 0.0, YAW: 0.0, PUSH: 0.0}), []
+    inputs, said = PlainInputs({SPEED: 0.0, YAW: 0.0, PUSH: 0.0}), []
     teleop = Teleop(inputs, said.append)
     for _ in range(20):
         assert teleop.press("up")
@@ -88,7 +88,7 @@ def test_keys_steer_within_limits():
 
 
 def test_a_push_ends_by_itself_and_with_the_run():
-    inputs = Inputs({PUSH: 0.0})
+    inputs = PlainInputs({PUSH: 0.0})
     teleop = Teleop(inputs, lambda _: None)
     teleop.press(" ")
     assert inputs[PUSH] == FORCE
@@ -102,7 +102,7 @@ def test_a_push_ends_by_itself_and_with_the_run():
 
 
 def test_keys_without_their_inputs_do_nothing():
-    inputs = Inputs({"other.u": 1.0})
+    inputs = PlainInputs({"other.u": 1.0})
     teleop = Teleop(inputs, lambda _: None)
     for key in ("up", "left", " ", "0"):
         assert teleop.press(key)
@@ -140,7 +140,7 @@ def test_no_terminal_no_keys(monkeypatch):
 def test_without_websockets_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "websockets", None)
     with pytest.raises(TwipError, match=r"pip install -e '.\[view\]'"):
-        LiveView([], {}, Inputs())
+        LiveView([], {}, PlainInputs())
 
 
 def test_a_wrong_address_is_refused(built, capsys):
@@ -150,7 +150,7 @@ def test_a_wrong_address_is_refused(built, capsys):
 
 
 def test_foxglove_gets_rows_poses_and_shapes_and_sets_inputs():
-    inputs = Inputs({YAW: 0.0, SPEED: 0.0})
+    inputs = PlainInputs({YAW: 0.0, SPEED: 0.0})
     view, times, rows = robot_view(inputs)
     port = int(view.address.rpartition(":")[2])
     assert view.address == f"ws://127.0.0.1:{port}"
@@ -202,7 +202,9 @@ def test_what_a_viewer_sets_counts_in_the_run_and_stands_in_its_rows(built):
                     steering.start()
 
         steering, table = Thread(target=steer), Steered(system.channels)
-        result = simulate(system, stop_time=60.0, real_time=1.0, live=inputs, sinks=[view, table])
+        result = simulate(
+            system, stop_time=60.0, runtime=Runtime(real_time=1.0), inputs=Inputs(live=inputs), sinks=[view, table]
+        )
         steering.join()
     assert result.interrupted
     assert heard == [{PUSH: 3.0, YAW: 0.0}, {YAW: 0.25}]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from live_attack import LARGE
-from live_client import NO_ROWS, PATIENCE, Client, Inputs, robot_view
+from live_client import NO_ROWS, PATIENCE, Client, PlainInputs, robot_view
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from twip.cli import main
@@ -36,7 +36,7 @@ def said():
 @pytest.fixture
 def view(said):
     made = LiveView(
-        [], {}, Inputs({PUSH: 0.0, SPEED: 0.0}), port=0, origins=["http://viewer.example:8080"], say=said.append
+        [], {}, PlainInputs({PUSH: 0.0, SPEED: 0.0}), port=0, origins=["http://viewer.example:8080"], say=said.append
     )
     yield made
     made.close()
@@ -103,7 +103,7 @@ def test_a_client_of_another_protocol_is_refused(view):
 @pytest.mark.parametrize("origin", ["evil.example", "https://a.example/page", "https://a.example ", ""])
 def test_what_is_no_origin_is_named(origin):
     with pytest.raises(TwipError, match="must be SCHEME://HOST"):
-        LiveView([], {}, Inputs(), port=0, origins=[origin])
+        LiveView([], {}, PlainInputs(), port=0, origins=[origin])
 
 
 def test_an_origin_without_a_live_view_is_named(built, capsys):
@@ -145,7 +145,7 @@ def test_what_is_not_understood_is_answered_and_the_client_stays(view, message, 
 
 
 def test_messages_carry_the_number_of_their_subscription_until_it_ends():
-    view, times, rows = robot_view(Inputs())
+    view, times, rows = robot_view(PlainInputs())
     with Client(view) as client:
         number = client.channels["/plant"]["id"]
         client.say(op="subscribe", subscriptions=[{"id": 4_000_000_000, "channelId": number}])
@@ -312,7 +312,7 @@ def test_the_server_ends_with_the_run(view):
 @pytest.mark.heavy
 def test_hostile_clients_make_no_delivery_late():
     """2 000 deliveries paced at 1 ms; a busy machine is late by itself, so the run's own time for each counts."""
-    view, _, rows = robot_view(Inputs({PUSH: 0.0, SPEED: 0.0}))
+    view, _, rows = robot_view(PlainInputs({PUSH: 0.0, SPEED: 0.0}))
     worst = []
     for _ in range(3):
         hostile, spent = attackers(view, 1000), []

@@ -13,7 +13,7 @@ import pytest
 
 from twip.cli import main
 from twip.commands import stability as command
-from twip.cosim import simulate
+from twip.cosim import Observer, Runtime, simulate
 from twip.lab import stability, stability_report
 from twip.lab.stability import (
     BALANCE,
@@ -143,7 +143,12 @@ def test_tables_and_thresholds():
 
 def test_ctrl_c_within_a_run_ends_the_study(ssp, monkeypatch):
     def interrupted(system, **options):
-        return simulate(system, **options, loop="python", progress=lambda _: signal.raise_signal(signal.SIGINT))
+        return simulate(
+            system,
+            **options,
+            runtime=Runtime(loop="python"),
+            observer=Observer(progress=lambda _: signal.raise_signal(signal.SIGINT)),
+        )
 
     monkeypatch.setattr(stability, "simulate", interrupted)
     with pytest.raises(KeyboardInterrupt):

@@ -18,7 +18,7 @@ from lxml import etree
 from monolithic import SAMPLE_TIME, Scenario, Solution, solve
 from monolithic_events import PITCH
 
-from twip.cosim import Result, load, simulate
+from twip.cosim import Algorithm, Inputs, Result, load, simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 STORED = Path(__file__).with_name("coupling_error.csv")
@@ -103,9 +103,12 @@ def cosimulate(
         inputs.write_text(series(scenario), encoding="utf-8")
     with load(robot, start_values=values) as system:
         return simulate(
-            system, stop_time=scenario.duration, step_size=step_size, input_file=inputs,
-            coupling=scheme.coupling, mid_step=scheme.mid_step,
-        )  # fmt: skip
+            system,
+            stop_time=scenario.duration,
+            step_size=step_size,
+            inputs=Inputs(file=inputs),
+            algorithm=Algorithm(coupling=scheme.coupling, mid_step=scheme.mid_step),
+        )
 
 
 def series(scenario: Scenario) -> str:

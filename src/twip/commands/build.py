@@ -4,8 +4,7 @@ import argparse
 from pathlib import Path
 
 from ..cosim import load
-from ..fmi.build import build_all, build_fmi3, build_native
-from ..fmi.interface import FMI_VERSIONS
+from ..fmi import FMI_VERSIONS, build_all, build_fmi3, build_native
 from ..lab.container import pack
 from ..lab.native_container import pack_native
 from .container import default_name

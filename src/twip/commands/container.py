@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from ..cosim import load
-from ..fmi.interface import FMI_VERSIONS
+from ..fmi import FMI_VERSIONS
 from ..lab.container import pack
 from ..lab.endings import check_ending
 from ..lab.native_container import pack_native

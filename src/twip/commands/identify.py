@@ -13,7 +13,7 @@ from ..lab.identification.reading import read_data
 from ..lab.identification.recording import Recording
 from ..lab.identification.report import notes, table
 from ..lab.identification.steady import SteadySamples
-from ..robot.parameters import value
+from ..robot import value
 from .parts.terminal import notice
 
 DESCRIPTION = """\

@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..cosim import load
-from ..cosim.ssp.parameter_file import parameters_of, write_parameter_set
+from ..cosim import load, parameters_of, write_parameter_set
 from .parts.build_hint import told_to_build
 from .parts.paths import refuse_clashes
 from .parts.terminal import print_rows

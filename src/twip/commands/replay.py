@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..cosim.log.playback import ForeignLogError
+from ..cosim import ForeignLogError
 from ..errors import TwipError, clear
 from ..lab.endings import check_ending
 from ..lab.recordings import open_log

@@ -2,24 +2,37 @@
 
 import argparse
 import shlex
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from signal import SIGINT
 
-from ..cosim import McapLog, Result, RunDetails, System, open_sink, simulate
-from ..cosim.fmus.isolation import START_LIMIT, TIME_LIMIT
-from ..cosim.model.signals import Sink
-from ..cosim.model.time_grid import TimeGrid
-from ..cosim.run.checkpoint import Checkpoint
-from ..cosim.run.preparation import Request, grid_of, prepare
-from ..cosim.scenario.scenario_file import files_of
-from ..cosim.sinks.mcap_log import Attachment
+from ..cosim import (
+    START_LIMIT,
+    TIME_LIMIT,
+    Attachment,
+    Checkpoint,
+    Checkpoints,
+    McapLog,
+    Observer,
+    Request,
+    Result,
+    RunDetails,
+    Runtime,
+    Sink,
+    System,
+    TimeGrid,
+    grid_of,
+    open_sink,
+    prepare,
+    scenario_files,
+    simulate,
+)
 from ..errors import TwipError
 from ..lab.course import Course
 from ..lab.metrics import Verdict, is_robot
 from ..lab.scene import scene
 from .parts import live
-from .parts.coupling import coupling_options
 from .parts.experiment import declare_experiment, load_system, request, swaps
 from .parts.paths import refuse_clashes
 from .parts.progress import progress_bar
@@ -129,7 +142,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.no_log and arguments.log is not None:
         raise TwipError(f"--log {arguments.log} and --no-log exclude each other")
     with load_system(arguments.ssp, arguments) as system:
-        grid = _grid(system, request(arguments))
+        wanted = request(arguments)
+        grid = _grid(system, wanted)
         variant = "" if arguments.ssd is None else f"-{Path(arguments.ssd).stem}"
         unresumed = default = Path("logs") / f"{Path(arguments.ssp).stem}{variant}"
         if arguments.resume is not None:
@@ -139,7 +153,7 @@ def run(arguments: argparse.Namespace) -> int:
         if checkpoint == DEFAULT or (checkpoint is None and arguments.checkpoint_every is not None):
             checkpoint = unresumed.with_name(f"{unresumed.name}.checkpoint")
         reads = [("SSP", arguments.ssp), *(("--parameters", p) for p in arguments.parameters)]
-        scenario = [] if arguments.scenario is None else files_of(arguments.scenario)
+        scenario = [] if arguments.scenario is None else scenario_files(arguments.scenario)
         reads += [("--input-file", arguments.input_file), *(("--scenario", file) for file in scenario)]
         writes = {"--log": log, "--output-file": arguments.output_file, "--checkpoint": checkpoint}
         swapped = [*swaps("--swap", arguments.swap).values(), *swaps("--swap-map", arguments.swap_map).values()]
@@ -179,20 +193,17 @@ def run(arguments: argparse.Namespace) -> int:
                 start_time=grid.start,
                 stop_time=grid.stop,
                 step_size=grid.step_size,
-                **coupling_options(arguments),
-                input_file=arguments.input_file,
-                scenario=arguments.scenario,
+                algorithm=wanted.algorithm,
+                inputs=replace(wanted.inputs, live=inputs),
                 sinks=sinks,
-                progress=progress,
-                notice=notice,
-                loop=arguments.loop,
-                isolate=arguments.isolate,
-                time_limit=arguments.time_limit,
-                checkpoint=checkpoint,
-                checkpoint_every=arguments.checkpoint_every,
-                resume=arguments.resume,
-                real_time=arguments.real_time or (None if inputs is None else 1.0),
-                live=inputs,
+                runtime=Runtime(
+                    loop=arguments.loop,
+                    isolate=arguments.isolate,
+                    time_limit=arguments.time_limit,
+                    real_time=arguments.real_time or (None if inputs is None else 1.0),
+                ),
+                checkpoints=Checkpoints(checkpoint, arguments.checkpoint_every, arguments.resume),
+                observer=Observer(progress, notice),
             )
     again = None
     if result.interrupted and result.checkpoint is not None:

@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.coupling.algorithms import COUPLINGS, DEFAULT
+from ..cosim import COUPLINGS, DEFAULT_COUPLING
 from ..errors import TwipError
 from ..interrupts import INTERRUPTED
 from ..lab.endings import check_ending
@@ -85,7 +85,9 @@ def declare(parser: argparse.ArgumentParser) -> None:
     every.add_argument("--start-time", type=float, metavar="S", help="in s; default: the system's, else 0")
     every.add_argument("--stop-time", type=float, metavar="S", help="in s; default: the system's")
     every.add_argument("--step-size", type=float, metavar="S", help="in s; default: the system's, else of its FMUs")
-    every.add_argument("--coupling", choices=tuple(COUPLINGS), help=f"default: the system's, else {DEFAULT.name}")
+    every.add_argument(
+        "--coupling", choices=tuple(COUPLINGS), help=f"default: the system's, else {DEFAULT_COUPLING.name}"
+    )
     judged = parser.add_argument_group("how runs are judged")
     judged.add_argument(
         "--metric",

@@ -34,10 +34,16 @@ def carried_sources(face: Path, version: str) -> dict[str, bytes]:
         path = waiting.pop()
         if path not in sources:
             file = PACKAGE / path
-            sources[path] = file.read_bytes()
+            sources[path] = _without_names(file) if file.name == "__init__.py" else file.read_bytes()
             package = str(Path(path).parent)
             waiting += [f"{package}/__init__.py", *_imported(ast.parse(sources[path]), path, file)]
     return dict(sorted(sources.items()))
+
+
+def _without_names(package: Path) -> bytes:
+    """Return the `__init__.py` of a carried package: its docstring alone, as an FMU carries no caller."""
+    docstring = ast.get_docstring(ast.parse(package.read_bytes()))
+    return f'"""{docstring}"""\n'.encode()
 
 
 def rerooted(text: str, face: Path) -> str:

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from ..cosim.log.playback import Playback
+from ..cosim import Playback
 from ..errors import TwipError
 from ..outputs import replacing
 from .drawing import GREY, INK, ORANGE, PALETTE, RED, STYLE, robot

@@ -2,12 +2,9 @@
 
 from pathlib import Path
 
-from ..cosim.coupling.algorithms import COUPLINGS, DEFAULT
-from ..cosim.model.system import Copy, System
-from ..cosim.model.time_grid import time_grid
+from ..cosim import COUPLINGS, DEFAULT_COUPLING, Copy, System, time_grid
 from ..errors import TwipError
-from ..fmi.container import Container, write_container
-from ..fmi.nested import Connection, Connector, Name, Nested
+from ..fmi import Connection, Connector, Container, Name, Nested, write_container
 
 STOP_TIME = 10.0
 """Proposed end of a simulation in s where the system proposes none."""
@@ -59,7 +56,7 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
 def _otherwise(system: System) -> list[str]:
     """Return what of the system's own way to run a container does not keep."""
     result, algorithm = [], system.experiment.algorithm
-    coupling = DEFAULT if algorithm.coupling is None else COUPLINGS[algorithm.coupling]
+    coupling = DEFAULT_COUPLING if algorithm.coupling is None else COUPLINGS[algorithm.coupling]
     unlike = f"not by {coupling.name}" if coupling.unlike_jacobi is None else coupling.unlike_jacobi
     if unlike:
         result.append(f"components exchange values once per step (Jacobi), {unlike}")

@@ -5,7 +5,7 @@ from math import inf, isnan, nan
 
 import numpy as np
 
-from ..cosim.model.signals import Channel, columns
+from ..cosim import Channel, columns
 from .metrics import PITCH_LIMIT, SETTLED_AFTER, Verdict
 from .numbers import Array
 

@@ -6,12 +6,8 @@ from importlib.metadata import version
 from math import degrees
 from pathlib import Path
 
-from ..cosim.load import load
-from ..cosim.log.playback import read
-from ..cosim.model.time_grid import TimeGrid
-from ..cosim.simulate import simulate
-from ..cosim.sinks.mcap_log import Attachment, McapLog
-from ..fmi.build import build_all
+from ..cosim import Attachment, McapLog, Observer, TimeGrid, load, read_log, simulate
+from ..fmi import build_all
 from .metrics import judge
 from .picture import stand_up_picture
 from .scene import scene
@@ -45,11 +41,11 @@ def demo(out: Path, progress: Callable[[float], None], notice: Callable[[str], N
             extras = scene(system.channels, metadata)
             return [McapLog(path, system.channels, metadata, [Attachment.file(ssp)], grid.start, extras=extras)]
 
-        result = simulate(system, sinks=sinks, progress=progress, notice=notice)
+        result = simulate(system, sinks=sinks, observer=Observer(progress=progress, notice=notice))
     if result.interrupted:
         told = [("verdict", f"interrupted at {result.time:g} s"), *([("log", str(path))] if result.values else [])]
         return Demo(False, True, tuple(told), path, picture)
-    log = read(path)
+    log = read_log(path)
     verdict = judge(log)
     stand_up_picture(log, verdict.release, picture)
     start = degrees(log["plant.pitch"][0])

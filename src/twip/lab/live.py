@@ -12,13 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cosim.log import log_event
-from ..cosim.log.log_extra import ExtraChannel
-from ..cosim.log.log_rows import MESSAGE_HEAD, RowBlock
-from ..cosim.log.log_schema import field_numbers, layout
-from ..cosim.model.signals import Channel
-from ..cosim.scenario.live_inputs import LiveInputs
-from ..cosim.sinks.mcap_log import declare
+from ..cosim import Channel, LiveInputs, declare
+from ..cosim.log import MESSAGE_HEAD, ExtraChannel, RowBlock, encode_event, field_numbers, layout
 from ..errors import TwipError
 from ..extras import optional
 from . import foxglove_protocol as protocol
@@ -141,7 +136,7 @@ class LiveView:
     def event(self, time: float, level: str, source: str, message: str) -> None:
         """Send a message."""
         nanoseconds = max(0, round((time - self._start) * 1e9))
-        self._message(self._event_channel, nanoseconds, log_event.encode(nanoseconds, level, source, message))
+        self._message(self._event_channel, nanoseconds, encode_event(nanoseconds, level, source, message))
         self._server.flush()
 
     def close(self) -> None:

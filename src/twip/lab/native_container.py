@@ -3,17 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.coupling.algorithms import named
-from ..cosim.coupling.coupling import INITIAL, Coupling
-from ..cosim.coupling.scheduling import make_schedule
-from ..cosim.model.schedule import Schedule
-from ..cosim.model.system import System
-from ..cosim.model.time_grid import time_grid
+from ..cosim import INITIAL_COUPLING, Coupling, Schedule, System, couplings_that, make_schedule, time_grid
 from ..errors import TwipError
-from ..fmi.container import Container
-from ..fmi.native.container import Wiring, write_native_container
-from ..fmi.native.system_source import Link, Stage
-from ..fmi.nested import Connection, Connector, Name, Nested
+from ..fmi import Connection, Connector, Container, Link, Name, Nested, Stage, Wiring, write_native_container
 from ..platform import PLATFORMS, Platform
 from .container import STOP_TIME
 
@@ -37,7 +29,7 @@ def pack_native(
     schedule = make_schedule(system, coupling, driven)
     names = _names(system)
     wiring = Wiring(
-        _stages(make_schedule(system, INITIAL, driven), names, mid_step=False),
+        _stages(make_schedule(system, INITIAL_COUPLING, driven), names, mid_step=False),
         _stages(schedule, names, mid_step=True),
         _words(coupling),
     )
@@ -68,7 +60,7 @@ def pack_native(
 def _refuse(system: System, coupling: Coupling) -> None:
     problems = []
     if coupling.algorithm.repeats:
-        able = named(lambda a: not a.repeats)
+        able = couplings_that(lambda a: not a.repeats)
         problems.append(f"{coupling.name} coupling: a native container steps by {able}")
     if coupling.control is not None:
         problems.append("variable steps: a native container has equal steps")

@@ -11,7 +11,7 @@ from math import degrees
 
 import numpy as np
 
-from ..cosim.log.playback import Playback
+from ..cosim import Playback
 from ..errors import Problem, TwipError
 from .metrics import SIDES, is_robot
 from .numbers import Array

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..cosim.log.playback import Playback
+from ..cosim import Playback
 from .drawing import BLUE, GREY, INK, picture, robot
 from .panels import panels
 from .plot import draw, finish

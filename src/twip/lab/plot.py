@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from ..cosim.log.playback import Playback
-from ..cosim.reading import arguments
+from ..cosim import Playback, as_names
 from ..errors import TwipError
 from .drawing import label, legend, look, picture
 from .endings import check_ending
@@ -35,7 +34,7 @@ def plot(
     without rows, another format than `FORMATS` and a file that cannot be written.
     """
     check_ending(path, FORMATS)
-    logs, names = [logs] if isinstance(logs, Playback) else logs, arguments.names("names", names)
+    logs, names = [logs] if isinstance(logs, Playback) else logs, as_names("names", names)
     if empty := [str(log.path) for log in logs if not len(log.times)]:
         raise TwipError(f"log {name!r} has no rows to plot" for name in empty)
     drawn = [[_shown(panel, in_degrees) for panel in panels(log, names)] for log in logs]

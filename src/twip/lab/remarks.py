@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ..cosim.log.playback import Playback
+from ..cosim import Playback
 from ..errors import clear
 
 

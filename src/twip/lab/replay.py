@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..cosim.log.playback import Playback, read
+from ..cosim import Playback, read_log
 from ..errors import TwipError
-from ..fmi.declare import Variable
-from ..fmi.replay import Recording, write_replay
+from ..fmi import Recording, Variable, write_replay
 from .remarks import cut_off
 
 KINDS = {"Real": "Real", "Float32": "Real", "Boolean": "Boolean"} | dict.fromkeys(
@@ -22,7 +21,7 @@ def replay(log: Path, component: str, output: Path, linear: bool = False) -> lis
     `linear`: Real signals are linear between rows instead of held. Raises TwipError when the log cannot be read, knows
     no such component, or has no outputs of it.
     """
-    record = read(log)
+    record = read_log(log)
     channels = {c.component: c for c in record.channels}
     if component not in channels:
         raise TwipError(f"{log}: there is no component {component!r}; there are {', '.join(filter(None, channels))}")

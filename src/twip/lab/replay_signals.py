@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import TwipError
-from ..fmi.declare import Variable
-from ..fmi.replay import Recording, write_replay
-from ..fmi.rules import NAME
+from ..fmi import NAME, Recording, Variable, write_replay
 from .recordings import Series, open_log
 
 

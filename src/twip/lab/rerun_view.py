@@ -15,10 +15,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..cosim.log.log_schema import unique_identifiers
-from ..cosim.log.playback import Playback, read
-from ..cosim.model.signals import Channel
-from ..cosim.sinks.mcap_log import McapLog
+from ..cosim import Channel, McapLog, Playback, read_log
+from ..cosim.log import unique_identifiers
 from ..errors import TwipError
 from ..extras import missing, optional
 from ..outputs import replacing
@@ -104,7 +102,7 @@ def _named(logs: Sequence[Playback], folder: Path, apart: float) -> list[Shown]:
         path = folder / f"{name}.mcap"
         with McapLog(path, channels, {}, (), log.start_time, extras=scene(log.channels, log.metadata, one)) as file:
             file.write(log.times, log.table())
-        found = places(read(path))
+        found = places(read_log(path))
         shown.append(Shown(log, {signal: found[f"{name}.{signal}"] for signal in log.signals}, name))
     return shown
 

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ..cosim.log.playback import Playback
+from ..cosim import Playback
 from ..errors import TwipError
-from ..robot.parameters import PARAMETERS, Parameter
+from ..robot import PARAMETERS, Parameter
 
 SIDES = ("left", "right")
 """Components that are one of two motors; their friction has nominal values per side."""

@@ -17,10 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cosim.load import load
-from ..cosim.run.results import Result
-from ..cosim.simulate import simulate
-from ..robot.parameters import value
+from ..cosim import Result, load, simulate
+from ..robot import value
 
 RELEASE = 1.0
 """End of the rest in `ssp/twip.ssp`, s."""

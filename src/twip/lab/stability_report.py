@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch, Rectangle
 
-from ..cosim.run.results import Result
-from ..fmi.build import build_all
+from ..cosim import Result
+from ..fmi import build_all
 from ..outputs import make_writable
-from ..robot.parameters import value
+from ..robot import value
 from .drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, label, legend, picture
 from .stability import DRIFT_TIME, DRIFTS, LOOPS, RELEASE, Loop, Mismatch, Study, Trial, run, study
 

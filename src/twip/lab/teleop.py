@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import degrees, radians
 from threading import Timer
 
-from ..cosim.scenario.live_inputs import LiveInputs
+from ..cosim import LiveInputs
 
 SPEED, YAW, PUSH = "controller.speed_reference", "controller.yaw_reference", "plant.push_force"
 SPEED_STEP, SPEED_LIMIT = 0.05, 0.5

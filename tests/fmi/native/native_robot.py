@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from native_hosts import write_plan
 
-from twip.cosim import Table, load, simulate
+from twip.cosim import Inputs, Runtime, Table, load, simulate
 
 PUSH = Path(__file__).parents[3] / "ssp" / "inputs" / "push.csv"
 PUSHED = "plant.push_force"
@@ -29,7 +29,14 @@ def simulated(ssp, scenario, loop, duration=DURATION):
     values, inputs = SCENARIOS[scenario]
     with load(ssp, start_values=values) as system:
         table = Table(system.channels)
-        simulate(system, stop_time=duration, step_size=STEP, input_file=inputs, loop=loop, sinks=[table])
+        simulate(
+            system,
+            stop_time=duration,
+            step_size=STEP,
+            inputs=Inputs(file=inputs),
+            runtime=Runtime(loop=loop),
+            sinks=[table],
+        )
     return table
 
 

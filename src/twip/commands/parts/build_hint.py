@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...errors import TwipError
-from ...fmi.ssp_package import SSD, needed_fmus
+from ...fmi import SSD, needed_fmus
 
 
 @contextmanager

@@ -4,13 +4,15 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from ...cosim.coupling.algorithms import COUPLINGS, DEFAULT, OPTIONS, named
+from ...cosim import COUPLING_OPTIONS, COUPLINGS, DEFAULT_COUPLING, couplings_that
 from ...errors import TwipError
 
 
 def declare_coupling(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("--coupling", choices=tuple(COUPLINGS), help=f"default: the system's, else {DEFAULT.name}")
+    parser.add_argument(
+        "--coupling", choices=tuple(COUPLINGS), help=f"default: the system's, else {DEFAULT_COUPLING.name}"
+    )
     parser.add_argument(
         "--mid-step",
         nargs="*",
@@ -24,8 +26,8 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         action="extend",
         metavar="NAME",
-        help=f"all components in the order of execution under {named(lambda a: a.takes_order)}, none for that of their "
-        "feed-through; default: the system's, unless --coupling is given",
+        help=f"all components in the order of execution under {couplings_that(lambda a: a.takes_order)}, "
+        "none for that of their feed-through; default: the system's, unless --coupling is given",
     )
     parser.add_argument(
         "--own-step",
@@ -35,7 +37,7 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
         help="components with a step of their own in s, a whole multiple of --step-size, none without names; "
         "default: the system's",
     )
-    for option in OPTIONS.values():
+    for option in COUPLING_OPTIONS.values():
         parser.add_argument(
             f"--{option.name.replace('_', '-')}", type=option.kind, metavar=option.metavar, help=option.help
         )
@@ -58,9 +60,9 @@ def declare_coupling(parser: argparse.ArgumentParser) -> None:
 
 
 def coupling_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return what was given, by the names that `simulate` and `Algorithm` have for it."""
+    """Return what was given, by the names that `Algorithm` has for it."""
     names = ("coupling", "tolerance", "minimum_step", "maximum_step")
-    own = {name: getattr(arguments, name) for name in OPTIONS}
+    own = {name: getattr(arguments, name) for name in COUPLING_OPTIONS}
     lists = {name: getattr(arguments, name) for name in ("mid_step", "order")}
     return {
         **{name: getattr(arguments, name) for name in names},

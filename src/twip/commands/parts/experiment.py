@@ -3,10 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from ...cosim import System, load
-from ...cosim.model.algorithm import Algorithm
-from ...cosim.model.time_grid import time_problems
-from ...cosim.run.preparation import Request
+from ...cosim import Algorithm, Inputs, Request, System, load, time_problems
 from ...errors import TwipError
 from .build_hint import told_to_build
 from .coupling import coupling_options, declare_coupling
@@ -97,8 +94,7 @@ def request(arguments: argparse.Namespace) -> Request:
         stop_time=arguments.stop_time,
         step_size=arguments.step_size,
         algorithm=Algorithm(**coupling_options(arguments)),
-        input_file=arguments.input_file,
-        scenario=arguments.scenario,
+        inputs=Inputs(arguments.input_file, arguments.scenario),
         isolate=getattr(arguments, "isolate", False),
     )
 

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from signal import SIGINT
 
-from ...cosim.model.system import System
-from ...cosim.scenario.live_inputs import LiveInputs, open_inputs
+from ...cosim import LiveInputs, System, open_inputs
 from ...errors import TwipError
 from ...lab.foxglove_protocol import WEB_APP
 from ...lab.live import HOST, PORT, LiveView

@@ -4,7 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from ...cosim.log.playback import Playback, read
+from ...cosim import Playback
+from ...cosim import read_log as read
 from ...lab.remarks import cut_off
 
 

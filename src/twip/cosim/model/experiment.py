@@ -11,4 +11,6 @@ class Experiment:
 
     start_time: float | None = None
     stop_time: float | None = None
+    step_size: float | None = None
+    """Communication step in s; the first one if steps are variable."""
     algorithm: Algorithm = field(default_factory=Algorithm)

@@ -91,7 +91,7 @@ def time_grid(
         problems.append(f"stop time is not given, and {system.file} has no DefaultExperiment with one")
     if step_size is None:
         fmu_steps = [c.fmu.step_size for c in system.components if c.fmu.step_size is not None]
-        said = proposed.algorithm.step_size
+        said = proposed.step_size
         step_size = said if said is not None else min(fmu_steps, default=None)
     if step_size is None:
         problems.append(f"step size is not given, and neither {system.file} nor any FMU proposes one")

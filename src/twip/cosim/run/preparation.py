@@ -1,6 +1,5 @@
 """What is checked between a loaded system and its run: times, coupling and scenario, all problems told together."""
 
-import os
 from dataclasses import dataclass, field
 
 from ..coupling.algorithm_problems import find_problems
@@ -13,6 +12,7 @@ from ..reading.problems import Problems
 from ..scenario.fault_entries import check_own_steps
 from ..scenario.plan import Scenario
 from ..scenario.scenario_file import read_scenario
+from .options import Inputs
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,7 @@ class Request:
     stop_time: float | None = None
     step_size: float | None = None
     algorithm: Algorithm = field(default_factory=Algorithm)
-    input_file: str | os.PathLike[str] | None = None
-    scenario: str | os.PathLike[str] | None = None
+    inputs: Inputs = field(default_factory=Inputs)
     isolate: bool = False
 
 
@@ -46,7 +45,7 @@ def prepare(system: System, request: Request) -> Preparation:
     with problems.catch():
         grid = grid_of(system, request)
     coupling = _coupling(system, grid, request.algorithm.over(system.experiment.algorithm), problems)
-    scenario = read_scenario(request.scenario, request.input_file, system, grid, problems)
+    scenario = read_scenario(request.inputs.scenario, request.inputs.file, system, grid, problems)
     if coupling is not None and coupling.control is not None and scenario.faults:
         problems.add("faults of the scenario need equal steps, but with a tolerance they vary")
     if coupling is not None:

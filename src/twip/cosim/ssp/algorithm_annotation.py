@@ -9,7 +9,6 @@ from ..reading.problems import Place
 from ..reading.xml import ANNOTATION, Element, Reader
 
 _ATTRIBUTES = {
-    "stepSize": "step_size",
     "tolerance": "tolerance",
     "minimumStep": "minimum_step",
     "maximumStep": "maximum_step",
@@ -23,7 +22,7 @@ def read_algorithm(reader: Reader, annotation: Element, before: Algorithm) -> Al
         if _name(item) != "Algorithm":
             reader.problems.add(f"{item.tag} in annotation {ANNOTATION} is not supported", reader.place(item))
             continue
-        reader.attributes(item, {"coupling", *(o.attribute for o in OPTIONS.values()), *_ATTRIBUTES})
+        reader.attributes(item, {"stepSize", "coupling", *(o.attribute for o in OPTIONS.values()), *_ATTRIBUTES})
         places = dict(found.places)
         for attribute, target in _ATTRIBUTES.items():
             if item.get(attribute) is not None:
@@ -50,6 +49,15 @@ def _read_options(reader: Reader, item: Element, places: dict[tuple[str, str], P
                 reader.problems.add(
                     f"{option.attribute} = {value!r}", reader.place(item), rule="must be a whole number"
                 )
+    return found
+
+
+def read_step_size(reader: Reader, annotation: Element, before: float | None) -> float | None:
+    """Return the communication step in s that `annotation` proposes, else the one that was read `before`."""
+    found = before
+    for item in annotation.iterchildren("{*}Algorithm"):
+        if item.get("stepSize") is not None:
+            found = reader.number(item, "stepSize")
     return found
 
 

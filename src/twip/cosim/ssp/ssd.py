@@ -7,7 +7,7 @@ from ..model.experiment import Experiment
 from ..reading.files import Location
 from ..reading.problems import Problems
 from ..reading.xml import ANNOTATION, METADATA_ATTRIBUTES, Element, Reader
-from .algorithm_annotation import read_algorithm
+from .algorithm_annotation import read_algorithm, read_step_size
 from .elements import read_system
 from .schemas import opened
 from .structure import Document, SystemElement
@@ -44,7 +44,7 @@ def read_description(root: Element, location: Location, problems: Problems) -> D
 
 def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
     experiment = reader.child(root, "DefaultExperiment")
-    start = stop = None
+    start = stop = step = None
     algorithm = Algorithm()
     hosts = [root, top]
     if experiment is not None:
@@ -57,5 +57,6 @@ def _read_experiment(reader: Reader, root: Element, top: Element) -> Experiment:
             continue
         if annotation.getparent() not in known:
             reader.problems.add(f"annotation {ANNOTATION} has no meaning here", reader.place(annotation))
+        step = read_step_size(reader, annotation, step)
         algorithm = read_algorithm(reader, annotation, algorithm)
-    return Experiment(start, stop, algorithm)
+    return Experiment(start, stop, step, algorithm)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...fmi.build import build_all
-from ...robot.parameters import value
+from ...fmi import build_all
+from ...robot import value
 from .columns import Columns
 from .experiments import (
     FRICTION_NAMES,

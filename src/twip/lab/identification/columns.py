@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import pi
 
-from ...cosim.reading.wording import nearest
+from ...cosim import nearest
 from ...errors import TwipError
 
 UNITS: Mapping[str, Mapping[str, float]] = {

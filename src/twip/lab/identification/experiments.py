@@ -9,14 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...cosim.load import load
-from ...cosim.model.signals import columns
-from ...cosim.model.time_grid import TimeGrid
-from ...cosim.simulate import simulate
-from ...cosim.sinks.mcap_log import Attachment, McapLog
-from ...cosim.sinks.table_sink import Table
+from ...cosim import Attachment, Inputs, McapLog, Observer, Table, TimeGrid, columns, load, simulate
 from ...outputs import write_file
-from ...robot.parameters import value
+from ...robot import value
 from .recording import Array
 from .sensor import CHANNEL, MeasuredSink, Sensor
 
@@ -129,7 +124,13 @@ class Bench:
                 where = names.index("motor.current"), names.index("bench.shaft_angle")
                 return [table, MeasuredSink(file, sensor, *where)]
 
-            result = simulate(system, stop_time=experiment.duration, input_file=series, sinks=sinks, notice=notice)
+            result = simulate(
+                system,
+                stop_time=experiment.duration,
+                inputs=Inputs(file=series),
+                sinks=sinks,
+                observer=Observer(notice=notice),
+            )
         if result.interrupted:
             raise KeyboardInterrupt
         return table

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ...cosim.ssp.parameter_file import Entry, write_parameter_set
-from ...cosim.values.units import BASE_UNITS, Unit
-from ...fmi.units import UNITS
-from ...robot.parameters import value
+from ...cosim import BASE_UNITS, ParameterEntry, Unit, write_parameter_set
+from ...fmi import UNITS
+from ...robot import value
 from .estimate import weighted_mean
 from .friction import WAYS
 from .identify import Identification
@@ -84,7 +83,7 @@ def write(path: Path, name: str, parameters: Mapping[str, tuple[float, str]]) ->
     for full_name, (number, unit) in parameters.items():
         powers = UNITS[unit].exponents or {}
         exponents = tuple(powers.get(symbol, 0) for symbol in BASE_UNITS)
-        entries.append(Entry(full_name, "Real", float(f"{number:.6g}"), Unit(unit, exponents)))
+        entries.append(ParameterEntry(full_name, "Real", float(f"{number:.6g}"), Unit(unit, exponents)))
     write_parameter_set(path, name, entries)
 
 

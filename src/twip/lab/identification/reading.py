@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...cosim.log.playback import ForeignLogError
-from ...cosim.log.playback import read as read_log
+from ...cosim import ForeignLogError, read_log
 from ...errors import TwipError
 from .columns import Column, Columns
 from .foreign import read_foreign

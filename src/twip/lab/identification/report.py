@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ...robot.parameters import value
+from ...robot import value
 from .estimate import Estimate
 from .identify import Identification
 from .inertia import estimated_inertia

@@ -10,8 +10,8 @@ from math import pi
 
 import numpy as np
 
-from ...cosim.model.signals import Channel, Signal, Sink
-from ...robot.parameters import value
+from ...cosim import Channel, Signal, Sink
+from ...robot import value
 from .recording import Array
 
 CHANNEL = Channel(

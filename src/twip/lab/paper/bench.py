@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...cosim.sinks.table_sink import Table
-from ...robot.parameters import value
+from ...cosim import Table
+from ...robot import value
 from ..identification.experiments import ZERO_TIME, Bench, Experiment, low_speeds, motor_values, run_up, staircase
 from ..identification.identify import Identification, identify
 from ..identification.recording import Recording

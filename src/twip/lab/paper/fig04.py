@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import BLUE, GREY, RED, THIN, label, legend, picture
 from ..identification.experiments import ZERO_TIME
 from ..identification.inertia import CurveFit, estimated_inertia, fit_curve, run_up_curve

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import BLUE, GREY, REAL, RED, THIN, label, legend, picture
 from .checks import Check, Result
 from .laboratory import Array, Laboratory, Run

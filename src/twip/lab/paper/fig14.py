@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import BLUE, BROAD, GREY, INK, RED, label, legend, picture
 from ..numbers import excursions, reversals
 from .checks import Check, Result

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import BLUE, BROAD, GREEN, GREY, INK, ORANGE, REAL, RED, THIN, label, legend, picture
 from ..numbers import slope
 from .checks import Check, Result

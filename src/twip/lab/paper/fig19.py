@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import BLUE, BROAD, GREY, INK, REAL, RED, THIN, label, legend, picture
 from ..numbers import time_to_reach
 from .checks import Check, Result

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.optimize import curve_fit
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import BLUE, GREEN, RED, label, picture
 from ..identification.friction import Balance, balance
 from .bench import COULOMB, STRIBECK_SPEED, WAYS, Campaign, campaign

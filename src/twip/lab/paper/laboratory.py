@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.load import load
-from ...cosim.simulate import simulate
+from ...cosim import Inputs, load, simulate
 from ...outputs import write_file
 
 Array = NDArray[np.float64]
@@ -97,7 +96,9 @@ class Laboratory:
         files = [self.built / "ssp" / "parameters" / f"{name}.ssv" for name in experiment.parameters]
         values: dict[str, float | int] = {"imu.seed": seed, **experiment.start_values}
         with load(self.built / "ssp" / "twip.ssp", parameters=files, start_values=values) as system:
-            result = simulate(system, stop_time=experiment.stop_time, input_file=self._input(experiment.inputs))
+            result = simulate(
+                system, stop_time=experiment.stop_time, inputs=Inputs(file=self._input(experiment.inputs))
+            )
         if result.interrupted:
             raise KeyboardInterrupt
         return Run(result.times, {name: result[name] for name in KEPT})

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ...errors import TwipError
-from ...fmi.build import build_all
+from ...fmi import build_all
 from ...interrupts import deferred_interrupt
 from ...outputs import make_writable
 from ...platform import unblock

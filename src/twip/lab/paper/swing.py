@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from matplotlib.axes import Axes
 
-from ...robot.parameters import value
+from ...robot import value
 from ..drawing import REAL, THIN, label, legend
 from .laboratory import Array, Experiment, Laboratory, Run
 

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.log.log_open import DECODING_ERRORS, bytes_of, damage_told, reason_of
-from ...cosim.log.log_scan import BODY_HEAD, DamagedError, Scan, scan
-from ...cosim.reading.wording import nearest
+from ...cosim import nearest
+from ...cosim.log import BODY_HEAD, DECODING_ERRORS, DamagedError, Scan, bytes_of, damage_told, reason_of, scan
 from ...errors import TwipError
 from . import protobuf, ros2
 from .fields import MOST_LISTED, Steps, listed, locate, pick

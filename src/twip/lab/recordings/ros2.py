@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...cosim.log.log_scan import DamagedError
+from ...cosim.log import DamagedError
 
 PRIMITIVES: Mapping[str, str] = {
     **{"bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H"},

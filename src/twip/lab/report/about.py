@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from ...cosim.log.playback import Playback
+from ...cosim import Playback
 from ..metrics import METRICS, Verdict
 from ..remarks import cut_off, remarks
 from ..run_parameters import given

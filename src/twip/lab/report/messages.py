@@ -4,9 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ...cosim.log.log_event import LEVELS
-from ...cosim.log.playback import Playback
-from ...cosim.reading.wording import counted
+from ...cosim import Playback, counted
+from ...cosim.log import LEVELS
 
 MOST_MESSAGES = 100
 """Different messages of a log that are shown."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...cosim.log.playback import Playback
+from ...cosim import Playback
 from ...errors import TwipError
 from ..drawing import BLUE, PALETTE, look
 from ..metrics import is_robot, judge

@@ -8,8 +8,8 @@ The floor is drawn level: a slope turns no frame.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...cosim.log.log_extra import ExtraChannel
-from ...cosim.model.signals import Channel, columns
+from ...cosim import Channel, columns
+from ...cosim.log import ExtraChannel
 from ..run_parameters import number
 from .text import TextChannel
 from .transforms import Column, Frame, TransformChannel

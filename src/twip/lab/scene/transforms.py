@@ -13,7 +13,7 @@ from google.protobuf.descriptor_pb2 import DescriptorProto, FieldDescriptorProto
 from google.protobuf.timestamp_pb2 import DESCRIPTOR as TIMESTAMP_FILE
 from numpy.typing import NDArray
 
-from ...cosim.log.log_schema import varint
+from ...cosim.log import varint
 
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 """Numbers of a pose: translation in m, rotation as a unit quaternion."""

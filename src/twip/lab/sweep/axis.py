@@ -19,9 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from ...cosim.reading.arguments import names
-from ...cosim.reading.wording import did_you_mean
-from ...cosim.values.written import Value
+from ...cosim import Value, as_names, did_you_mean
 from ...errors import Problem, TwipError
 
 MOST_VALUES = 1_000_000
@@ -89,7 +87,7 @@ class Axis:
     """Whether the values are multiples of what the variables would start with."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "names", names("names", self.names))
+        object.__setattr__(self, "names", as_names("names", self.names))
         if not self.label or not all(self.names) or not self.names:
             raise TwipError(f"axis {self.label!r} must name at least one variable")
         if self.distribution is None and not self.values:

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ...cosim.log.sole_file import InUseError, SoleFile
+from ...cosim.log import InUseError, SoleFile
 from ...errors import TwipError
 from .worker import Row
 

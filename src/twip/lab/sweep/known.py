@@ -4,8 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...cosim.reading.wording import did_you_mean
-from ...cosim.values.written import Value
+from ...cosim import Value, did_you_mean
 from ...errors import TwipError
 from .measures import Judge
 from .parquet import NOT_NUMBERS, Results

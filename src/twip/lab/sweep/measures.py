@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.reading.wording import did_you_mean
-from ...cosim.sinks.table_sink import Table
+from ...cosim import Table, did_you_mean
 from ...errors import Problem, TwipError
 from ..metrics import METRICS, is_robot, measure
 from ..numbers import rms

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cosim.values.written import Value
+from ...cosim import Value
 from ...errors import AbsentFileError, TwipError
 from ...extras import optional
 from ...outputs import replacing

@@ -7,12 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...cosim.fmus.description import file_fingerprint
-from ...cosim.load import load
-from ...cosim.model.system import System
-from ...cosim.reading import arguments
-from ...cosim.ssp.parameter_file import parameters_of
-from ...cosim.values.written import Value
+from ...cosim import System, Value, as_names, as_paths, file_fingerprint, load, parameters_of
 from ...errors import Problem, TwipError
 from ..metrics import METRICS
 from .axis import Axis
@@ -32,7 +27,7 @@ class ParameterSet:
     files: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "files", tuple(Path(file) for file in arguments.paths(self.files)))
+        object.__setattr__(self, "files", tuple(Path(file) for file in as_paths(self.files)))
 
 
 @dataclass(frozen=True)
@@ -77,9 +72,9 @@ class Plan:
     coupling: str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", tuple(Path(file) for file in arguments.paths(self.parameters)))
+        object.__setattr__(self, "parameters", tuple(Path(file) for file in as_paths(self.parameters)))
         for name in ("metrics", "success", *(("seed_names",) if self.seed_names is not None else ())):
-            object.__setattr__(self, name, arguments.names(name, getattr(self, name)))
+            object.__setattr__(self, name, as_names(name, getattr(self, name)))
 
     def sets(self) -> tuple[ParameterSet, ...]:
         """The parameter sets, one without files if the plan has none."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...cosim.values.written import Value
+from ...cosim import Value
 from ...errors import Problem, TwipError
 from .axis import Axis, Distribution
 from .plan import ParameterSet, Plan

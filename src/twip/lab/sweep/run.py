@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...cosim.model.system import System
+from ...cosim import System
 from ...platform import END_SIGNALS
 from .engine import Engine, workers
 from .journal import Journal

@@ -14,13 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...cosim.fmus.pool import InstancePool
-from ...cosim.load import load
-from ...cosim.model.system import System
-from ...cosim.simulate import simulate
-from ...cosim.sinks.mcap_log import McapLog
-from ...cosim.sinks.table_sink import Table
-from ...cosim.values.written import Value
+from ...cosim import Algorithm, Inputs, InstancePool, McapLog, Runtime, System, Table, Value, load, simulate
 from ...errors import TwipError
 from ...platform import end_now
 from .measures import ERROR, Judge, MetricError
@@ -136,10 +130,10 @@ class Session:
             start_time=job.start_time,
             stop_time=job.stop_time if stop_time is None else stop_time,
             step_size=job.step_size,
-            coupling=job.coupling,
-            input_file=job.input_file,
+            algorithm=Algorithm(coupling=job.coupling),
+            inputs=Inputs(file=job.input_file),
             sinks=[table],
-            pool=self._pool,
+            runtime=Runtime(pool=self._pool),
         )
         if result.interrupted:
             raise SignalledError(result.signal or signal.SIGINT)
@@ -262,8 +256,8 @@ def record(job: Job, task: Task, log: Path, metadata: Mapping[str, Mapping[str, 
                 start_time=job.start_time,
                 stop_time=job.stop_time,
                 step_size=job.step_size,
-                coupling=job.coupling,
-                input_file=job.input_file,
+                algorithm=Algorithm(coupling=job.coupling),
+                inputs=Inputs(file=job.input_file),
                 sinks=lambda grid: [McapLog(log, system.channels, told, start_time=grid.start)],
             )
         except TwipError as error:
