@@ -7,6 +7,7 @@ numba's cache notices changes only in the file that holds a function.
 
 import ctypes
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -328,14 +329,69 @@ def translate(value, entries, begin, end):  # type: ignore[no-untyped-def]
     return False, value
 
 
+class Plan(NamedTuple):
+    """What is done in each step; of the `Schedule` where nothing else is said."""
+
+    driven: NDArray[np.int32]
+    """Columns that the caller's inputs write, see `Execution`."""
+    driven_every: IntTable
+    order: NDArray[np.int32]
+    stage_order: NDArray[np.int32]
+    stage_copies: NDArray[np.int32]
+    destination: NDArray[np.int32]
+    source: NDArray[np.int32]
+    factor: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    middle: NDArray[np.bool_]
+    owner: NDArray[np.int32]
+    every: IntTable
+    copy_every: IntTable
+    first_entry: IntTable
+    """See `mapping_table`."""
+    entries: NDArray[np.float64]
+    partial: NDArray[np.bool_]
+
+
+class State(NamedTuple):
+    """What a step changes; of the `Execution` where nothing else is said."""
+
+    values: NDArray[np.float64]
+    last: NDArray[np.float64]
+    """The values that were set last (columns,)."""
+    samples: NDArray[np.float64]
+    turn: IntTable
+    reached: NDArray[np.float64]
+    since: NDArray[np.float64]
+    clock: NDArray[np.float64]
+    failed: IntTable
+    """Component, group and status of what went wrong (3,)."""
+
+
+class Calls(NamedTuple):
+    """How the components are called."""
+
+    steppers: IntTable
+    """By component: first argument and address of what steps it, then those of FMI, for what is declined."""
+    setters: IntTable
+    """Table of the groups of inputs, and by component the row of its first one; see `group_table`."""
+    first_setter: IntTable
+    getters: IntTable
+    first_getter: IntTable
+    references: NDArray[np.uint32]
+    """Value references of all groups."""
+    changed: NDArray[np.uint32]
+    """Memory for value references and values on their way, as long as the widest group."""
+    reals: NDArray[np.float64]
+    integers: NDArray[np.int32]
+
+
 @njit(cache=True)
-def run_steps(  # type: ignore[no-untyped-def]
-    times, step_size, inputs, driven, driven_every, rows, stop, values, last, samples, turn, reached, since, clock,
-    order, stage_order, stage_copies, destination, source, factor, offset, middle, owner, every, copy_every,
-    first_entry, entries, partial,
-    steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers, failed,
-):  # fmt: skip
-    """Do one step per row; return how many were finished and how it ended; `failed`: component, group, status."""
+def run_steps(times, step_size, inputs, rows, stop, plan, state, calls):  # type: ignore[no-untyped-def]
+    """Do one step per row; return how many were finished and how it ended."""
+    driven, driven_every, order, stage_order, stage_copies, destination, source, factor, offset = plan[:9]
+    middle, owner, every, copy_every, first_entry, entries, partial = plan[9:]
+    values, last, samples, turn, reached, since, clock, failed = state
+    steppers, setters, first_setter, getters, first_getter, references, changed, reals, integers = calls
     for k in range(rows.shape[0]):
         if stop[0]:
             return k, STOPPED
@@ -462,20 +518,50 @@ class CompiledLoop:
             fmi = handle, port.instance.stepper
             steps.append((native.values, native.do_step, *fmi) if native.do_step else fmi * 2)
         self.steppers = np.array(steps, np.int64).reshape(-1, 4)
-        """By component: first argument and address of what steps it, then those of FMI, for what is declined."""
+        """See `Calls`."""
         widest = max([1, *setters[:, SIZE], *getters[:, SIZE]])
-        self._driven = (execution.driven, execution.driven_every)
+        self._schedule, self._clock, self._row = plan, execution.clock, execution.row
         self._failed = np.zeros(3, np.int64)
-        row = execution.row
-        self._schedule, self._clock, self._row = plan, execution.clock, row
-        self._arguments = (
-            row, row.copy(), execution.samples, execution.turn, execution.reached, execution.since, execution.clock,
-            plan.order, plan.stage_order, plan.stage_copies, plan.destination, plan.source, plan.factor, plan.offset,
-            plan.middle, plan.owner, plan.every, plan.copy_every, *mapping_table(plan),
-            self.steppers,
-            setters, first_setter, getters, first_getter, np.array(references, np.uint32),
-            np.zeros(widest, np.uint32), np.zeros(widest), np.zeros(2 * widest, np.int32), self._failed,
-        )  # fmt: skip
+        first_entry, entries, partial = mapping_table(plan)
+        self._plan = Plan(
+            driven=execution.driven,
+            driven_every=execution.driven_every,
+            order=plan.order,
+            stage_order=plan.stage_order,
+            stage_copies=plan.stage_copies,
+            destination=plan.destination,
+            source=plan.source,
+            factor=plan.factor,
+            offset=plan.offset,
+            middle=plan.middle,
+            owner=plan.owner,
+            every=plan.every,
+            copy_every=plan.copy_every,
+            first_entry=first_entry,
+            entries=entries,
+            partial=partial,
+        )
+        self._state = State(
+            values=self._row,
+            last=self._row.copy(),
+            samples=execution.samples,
+            turn=execution.turn,
+            reached=execution.reached,
+            since=execution.since,
+            clock=execution.clock,
+            failed=self._failed,
+        )
+        self._calls = Calls(
+            steppers=self.steppers,
+            setters=setters,
+            first_setter=first_setter,
+            getters=getters,
+            first_getter=first_getter,
+            references=np.array(references, np.uint32),
+            changed=np.zeros(widest, np.uint32),
+            reals=np.zeros(widest),
+            integers=np.zeros(2 * widest, np.int32),
+        )
 
     def run(
         self,
@@ -486,7 +572,7 @@ class CompiledLoop:
         stop: NDArray[np.bool_],
     ) -> tuple[int, TwipError | None]:
         """Do one step from each of `times` (n + 1,) but the last; see `PythonLoop.run`."""
-        done, ending = run_steps(times, step_size, inputs, *self._driven, rows, stop, *self._arguments)
+        done, ending = run_steps(times, step_size, inputs, rows, stop, self._plan, self._state, self._calls)
         return done, None if ending in (FINISHED, STOPPED) else self._failure(ending)
 
     def _failure(self, ending: int) -> TwipError:
