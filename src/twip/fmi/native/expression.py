@@ -2,12 +2,11 @@
 
 import ast
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from .source import RefusedError, Source
 from .value_types import (
     BOOL,
-    C_NAMES,
     DOUBLE,
     INTEGER,
     VALUES,
@@ -15,9 +14,7 @@ from .value_types import (
     Named,
     Type,
     alike,
-    is_named,
     shown,
-    type_of_hint,
 )
 
 if TYPE_CHECKING:
@@ -33,18 +30,6 @@ _COMPARISON: dict[type[ast.cmpop], tuple[str, int]] = {
     ast.Lt: ("<", RELATION), ast.LtE: ("<=", RELATION), ast.Gt: (">", RELATION), ast.GtE: (">=", RELATION),
     ast.Eq: ("==", EQUALITY), ast.NotEq: ("!=", EQUALITY),
 }  # fmt: skip
-_MATH: dict[Any, tuple[str, int, Type]] = {
-    math.sqrt: ("twip_sqrt", 1, DOUBLE),
-    math.fabs: ("twip_fabs", 1, DOUBLE),
-    math.copysign: ("twip_copysign", 2, DOUBLE),
-    math.floor: ("twip_floor", 1, WHOLE),
-    math.isfinite: ("twip_isfinite", 1, BOOL),
-    math.isnan: ("twip_isnan", 1, BOOL),
-    abs: ("twip_fabs", 1, DOUBLE),
-}
-"""What needs no library: an instruction or a few lines of C (c/twip_number.h)."""
-_OWN = tuple(getattr(math, name) for name in ("sin", "cos", "tan", "atan2", "exp", "log"))
-"""What every system's library rounds in a way of its own; `twip.robot.elementary` has them as kernels."""
 _LARGEST = 2**63 - 1
 
 
@@ -134,7 +119,7 @@ class Expressions:
         if isinstance(node, ast.IfExp):
             return self._choice(node, wanted)
         if isinstance(node, ast.Call):
-            return self._call(node)
+            return self.call(node)
         raise self.no(node, f"{ast.unparse(node)}: kernels have no expression of this kind ({type(node).__name__})")
 
     def _constant(self, node: ast.Constant) -> Code:
@@ -285,64 +270,6 @@ class Expressions:
             chosen, other = self.of_type(node.body, wanted), self.of_type(node.orelse, wanted)
         return Code(f"{test.at(OR)} ? {chosen.at(OR)} : {other.at(OR)}", chosen.type, CHOICE)
 
-    def _call(self, node: ast.Call) -> Code:
-        if node.keywords or any(isinstance(a, ast.Starred) for a in node.args):
-            raise self.no(node, f"{ast.unparse(node)}: arguments are given by position")
-        called, arguments = self.source.resolve(node.func), node.args
-        if called in (max, min) and len(arguments) > 1:
-            name = "twip_max" if called is max else "twip_min"
-            texts = [self.of_type(a, DOUBLE).text for a in arguments]
-            text = texts[0]
-            for other in texts[1:]:
-                text = f"{name}({text}, {other})"
-            return Code(text, DOUBLE)
-        if called in (float, int) and len(arguments) == 1:
-            return self._converted(self.expression(arguments[0]), called is float, node)
-        if called is math.frexp and len(arguments) == 1:
-            text = self.of_type(arguments[0], DOUBLE).text
-            struct = self.unit.struct((DOUBLE, INTEGER))
-            return Code(f"({struct}){{twip_fraction({text}), twip_exponent({text})}}", (DOUBLE, INTEGER))
-        if called is math.ldexp and len(arguments) == 2:
-            x, twos = self.of_type(arguments[0], DOUBLE), self.of_type(arguments[1], INTEGER)
-            return Code(f"twip_ldexp({x.text}, {twos.text})", DOUBLE)
-        if called in _OWN:
-            name = called.__name__
-            rule = f"math.{name} rounds otherwise on every system: from twip.robot.elementary import {name}"
-            raise self.no(node, f"{ast.unparse(node)}: {rule}")
-        if called in _MATH:
-            name, count, kind = _MATH[called]
-            if len(arguments) != count:
-                raise self.no(node, f"{ast.unparse(node)}: {count} arguments are needed")
-            return Code(f"{name}({', '.join(self.of_type(a, DOUBLE).text for a in arguments)})", kind)
-        if is_named(called):
-            return self._made(node, called)
-        return self._kernel_call(node)
-
-    def _made(self, node: ast.Call, called: type) -> Code:
-        """Return a NamedTuple made of its fields."""
-        kind = type_of_hint(called)
-        if not isinstance(kind, Named):
-            rule = "the fields of a NamedTuple are float, int, bool or tuples of these"
-            raise self.no(node, f"{called.__name__}: {rule}")
-        if len(node.args) != len(kind):
-            raise self.no(node, f"{ast.unparse(node)}: {called.__name__} takes {len(kind)} arguments")
-        texts = [self.of_type(a, part).text for a, part in zip(node.args, kind, strict=True)]
-        return Code(f"({self.unit.struct(kind)}){{{', '.join(texts)}}}", kind)
-
-    def _converted(self, code: Code, to_float: bool, node: ast.Call) -> Code:
-        if code.type in (DOUBLE, WHOLE):
-            return Code(code.text, DOUBLE, code.level) if to_float else Code(f"twip_integer({code.text})", INTEGER)
-        if code.type not in (INTEGER, BOOL):
-            raise self.no(node, f"{ast.unparse(node)}: only a number can become one of another type")
-        kind = DOUBLE if to_float else INTEGER
-        return Code(f"({C_NAMES[kind]}){code.at(UNARY)}", kind, UNARY)
-
-    def _kernel_call(self, node: ast.Call) -> Code:
-        called = next((f for call, f in self.source.calls if call is node), None)
-        if called is None:
-            raise self.no(node, f"{ast.unparse(node.func)} is no kernel, and none of the functions kernels may call")
-        source = self.unit.add(called)
-        if len(node.args) != len(source.arguments):
-            raise self.no(node, f"{ast.unparse(node)}: {called.__name__} takes {len(source.arguments)} arguments")
-        texts = [self.of_type(a, kind).text for a, kind in zip(node.args, source.arguments.values(), strict=True)]
-        return Code(f"{self.unit.name_of(called)}({', '.join(texts)})", source.result)
+    def call(self, node: ast.Call) -> Code:
+        """Return a call; see `Calls`."""
+        raise self.no(node, f"{ast.unparse(node)}: no call here")

@@ -2,7 +2,8 @@
 
 import ast
 
-from .expression import Code, Expressions
+from .calls import Calls
+from .expression import Code
 from .layout import comment, wrapped
 from .value_types import BOOL, DOUBLE, INTEGER, NOTHING, VALUES, WHOLE, Type, alike, shown
 
@@ -10,7 +11,7 @@ _IN_PLACE: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult
 _LEAVES = (ast.Return, ast.Break, ast.Continue)
 
 
-class Function(Expressions):
+class Function(Calls):
     """Translates one function. `text` is what it is in C."""
 
     def translate(self) -> str:
