@@ -21,9 +21,11 @@ FILES = re.compile(r"^`([\w./]+)`:\n\n```\w+\n(.*?)^```$", re.DOTALL | re.MULTIL
 
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
-    """A folder with a copy of the package."""
+    """A folder with a copy of the package, the blocks and the systems."""
     folder = tmp_path_factory.mktemp("extended")
-    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("src", "fmus", "ssp"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.fmu", "*.ssp"))
+    shutil.copy(ROOT / "LICENSE", folder)
     return folder
 
 
@@ -34,11 +36,12 @@ def follow(package, built, tmp_path, monkeypatch):
     def section(title):
         (text,) = re.findall(rf"^## {title}\n(.*?)(?=^## |\Z)", GUIDE, re.DOTALL | re.MULTILINE)
         (tmp_path / "ssp").symlink_to(built / "ssp")
-        new = [name for name, _ in FILES.findall(text) if name.startswith("src/")]
+        new = [name for name, _ in FILES.findall(text) if name.startswith(("src/", "fmus/"))]
         assert len(new) == 1, "one new file"
         for name, content in FILES.findall(text):
             path = (package if name in new else tmp_path) / name
             assert not path.exists()
+            path.parent.mkdir(exist_ok=True)
             path.write_text(content, encoding="utf-8")
         monkeypatch.setenv("PYTHONPATH", str(package / "src"))
         commands = re.findall(r"^(?:    )?twip (.*)$", text, re.MULTILINE)
@@ -86,3 +89,38 @@ def test_a_new_command_is_there_by_its_file_alone(follow, package):
     assert re.search(r"^ +signals +list the signals of a log$", run.stdout, re.MULTILINE)
     listed = re.findall(r"^    (\w+)(?: |$)", run.stdout, re.MULTILINE)
     assert listed == [*COMMANDS, "signals"]
+
+
+def test_a_new_coupling_steps_by_its_file_alone(follow, built):
+    folder, _ = follow("A coupling")
+    with load(built / "ssp" / "twip.ssp") as system:
+        order = [component.name for component in system.components]
+
+    def rows(*options):
+        words = [sys.executable, "-m", "twip.cli", "run", "ssp/twip.ssp", "--stop-time", "0.1", *options]
+        words += ["--no-log", "--output-file", "rows.csv", "--loop", "python"]
+        run = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+        assert run.returncode == 0, run.stderr
+        return (folder / "rows.csv").read_bytes()
+
+    grouped = (folder / "grouped.csv").read_bytes()
+    one, all_ = rows("--coupling", "gauss-seidel"), rows("--coupling", "jacobi")
+    assert rows("--coupling", "grouped", "--group-size", "1") == one
+    assert rows("--coupling", "grouped", "--group-size", str(len(order))) == all_
+    assert len({grouped, one, all_}) == 3
+    check = [sys.executable, "-m", "twip.cli", "check", "ssp/twip.ssp", "--coupling"]
+    for options, text in (
+        (["grouped", "--group-size", "0"], "group size 0 must be at least 1"),
+        (["jacobi", "--group-size", "2"], "group size has a meaning under grouped only, not under jacobi"),
+    ):
+        refused = subprocess.run([*check, *options], cwd=folder, capture_output=True, text=True, check=False)
+        assert (refused.returncode, text in refused.stderr) == (1, True)
+    told = subprocess.run([*check, "grouped"], cwd=folder, capture_output=True, text=True, check=True).stdout
+    assert re.search(r"^coupling +grouped\n +group size +2$", told, re.MULTILINE), told
+
+
+def test_a_new_block_is_built_and_balances_by_its_file_alone(follow):
+    folder, _ = follow("A block")
+    log = read_log(folder / "upright.mcap")
+    assert np.abs(log["plant.pitch"][log.times >= 4.0]).max() < np.radians(1.0)
+    assert np.array_equal(log["controller.left.voltage"], log["controller.right.voltage"])
