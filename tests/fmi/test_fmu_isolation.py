@@ -81,7 +81,7 @@ def test_states_do_not_cross_versions(other_walker, loaded, tmp_path):
 
 def test_two_versions_of_what_blocks_share_side_by_side(loaded, tmp_path):
     project = tmp_path / "project"
-    for part in ("__init__.py", "errors.py", "outputs.py", "platform.py", "fmi", "robot"):
+    for part in ("__init__.py", "errors.py", "outputs.py", "lazy.py", "platform.py", "fmi", "robot"):
         source, target = PACKAGE / part, project / "src" / "twip" / part
         if source.is_dir():
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))

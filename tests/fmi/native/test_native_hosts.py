@@ -82,7 +82,7 @@ def test_it_runs_where_there_is_nothing_else(prepared, program, version, tmp_pat
         library = shutil.copy(HERE.library(unpacked, version), root / f"{block}.so")
         shutil.copy(plan, root / "plan")
         words = [f"/{library.name}", token(unpacked), "/plan", "/rows", "/state", CYCLES]
-        run([shutil.which("chroot"), root, "/host", *words], {"PATH": ""})
+        run([shutil.which("chroot", path=f"{os.environ['PATH']}:/usr/sbin:/sbin"), root, "/host", *words], {"PATH": ""})
         assert (root / "rows").read_bytes() == expected, block
 
 
