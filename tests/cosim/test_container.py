@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from flat_options import grouped
 from fmpy.validation import validate_fmu
-from ssp_writer import bind, component, connection, edit_fmu, linear, system, write
+from ssp_writer import bind, component, connection, edit_fmu, linear, mapping, system, write
 
 from twip.cli import main
 from twip.cosim import Table, load, simulate
@@ -193,13 +193,19 @@ def test_what_is_lost_is_told(folder):
     ("connections", "values", "message"),
     [
         ([connection("a.y -> b.u", linear(2.0))], {}, "a.y → b.u: a container does not convert values"),
+        (
+            [connection("m.total -> k.n", mapping("Integer", {3: 7}))],
+            {},
+            "m.total → k.n: a container does not convert values",
+        ),
         ([], {"m.label": "x"}, "m.label = x: a container cannot start it with another value than its FMU's"),
     ],
 )
 def test_what_a_container_cannot_do_is_refused_by_name(folder, connections, values, message):
     ssd = write(
         folder,
-        system([component("a", GAIN, "u> y<"), component("b", GAIN, "u> y<"), component("m", MIXED)],
+        system([component("a", GAIN, "u> y<"), component("b", GAIN, "u> y<"),
+                component("m", MIXED, "total<:Integer"), component("k", MIXED, "n>:Integer")],
                connections),
     )  # fmt: skip
     with pytest.raises(TwipError) as refused:

@@ -27,7 +27,8 @@ def pack(system: System, fmi: str, output: Path, step_size: float | None = None)
     inputs: dict[int, list[Name]] = {c.column: [] for c in system.open_connectors}
     outputs: dict[int, Name] = {}
     for copy in system.copies:
-        if copy.conversion.affine.factor != 1.0 or copy.conversion.affine.offset != 0.0:
+        affine = copy.conversion.affine
+        if copy.conversion.mapping is not None or affine.factor != 1.0 or affine.offset != 0.0:
             problems.append(f"{_arrow(copy, columns)}: a container does not convert values")
         elif copy.source in names and copy.destination in names:
             connections.append(Connection(names[copy.source], names[copy.destination]))
