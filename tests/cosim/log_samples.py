@@ -75,6 +75,8 @@ def write(
     with McapLog(
         path, described, {"twip": {"seed": "7"}}, [Attachment("a.ssv", "text/xml", b"<x/>")], **options
     ) as log:
+        if not count:
+            log.begin()
         log.event(0.0, "info", "plant", "begins")
         for i in range(0, count, step):
             log.event(times[i], "warning", "left.motor", f"row {i}")

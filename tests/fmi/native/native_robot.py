@@ -16,7 +16,7 @@ PUSH = Path(__file__).parents[3] / "ssp" / "inputs" / "push.csv"
 PUSHED = "plant.push_force"
 SCENARIOS = {
     "noise and friction": ({"plant.pitch_start": 0.3, "imu.seed": 7.0}, None),
-    "a fall": ({"plant.pitch_start": 1.2, "imu.seed": 7.0}, None),
+    "a fall": ({"plant.pitch_start": 1.4, "imu.seed": 7.0}, None),
     "a push": ({"plant.pitch_start": 0.0}, PUSH),
 }
 """Parameters and a file of inputs by what happens."""
