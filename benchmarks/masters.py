@@ -113,7 +113,9 @@ def checks(made: list[Contestant], system: str) -> list[tuple[str, float, float,
         at_most("FMI calls only, without log, over bare FMI calls", times[THROUGH_FMI, False] / floor, 1.1)
         at_most("FMI calls only, with log, over bare FMI calls", times[THROUGH_FMI, True] / floor, 1.3)
     if peers:
-        at_least(f"fastest peer ({fastest}) over ours, both with log", peers[fastest] / ours, 2.0)
+        # The chain's steps cost next to nothing, so that the logs are compared: runs of the same code gave 2.6 and 2.0.
+        limit = 2.0 if system == "robot" else 1.5
+        at_least(f"fastest peer ({fastest}) over ours, both with log", peers[fastest] / ours, limit)
     if SSP in peers:
         at_least("simulate_ssp over ours, both with log", peers[SSP] / ours, 5.0)
     return found
