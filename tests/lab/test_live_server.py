@@ -311,20 +311,26 @@ def test_the_server_ends_with_the_run(view):
 
 @pytest.mark.heavy
 def test_hostile_clients_make_no_delivery_late():
-    """2 000 deliveries paced at 1 ms; a busy machine is late by itself, so the run's own time for each counts."""
+    """2 000 deliveries paced at 1 ms; a busy machine is late by itself, so the run's own time for each counts,
+    and of the lateness the best of three rounds.
+    """
     view, _, rows = robot_view(PlainInputs({PUSH: 0.0, SPEED: 0.0}))
-    worst = []
+    worst, latest = [], []
     for _ in range(3):
-        hostile, spent = attackers(view, 1000), []
+        hostile, spent, late = attackers(view, 1000), [], []
         begin = time.perf_counter()
         for k in range(2000):
             before = time.thread_time()
             view.write(np.array([k / 1000.0]), rows[:1])
             spent.append(time.thread_time() - before)
-            time.sleep(max(0.0, begin + (k + 1) / 1000.0 - time.perf_counter()))
+            due = begin + (k + 1) / 1000.0
+            late.append(time.perf_counter() - due)
+            time.sleep(max(0.0, -late[-1]))
         assert hostile.poll() is None
         hostile.kill()
         hostile.wait()
         worst.append(max(spent))
+        latest.append(max(late))
     view.close()
     assert max(worst) < 0.01
+    assert min(latest) < 0.03  # a server within this process was 118 ms late
